@@ -103,6 +103,27 @@ def test_sweep_and_compress_on_workers(client, models, tmp_path):
     assert verbs.diff(tmp_path / "small.t4d", models / "cube.t4d").level in ("bytes", "mesh")
 
 
+def test_a_file_in_parts_is_the_same_mesh_here_and_in_a_store(client, frames, woven, tmp_path, monkeypatch):  # noqa: F811
+    monkeypatch.chdir(tmp_path)
+    report = many.weave(frames, tmp_path / "movie.t4dm", client=client, parts=3)
+    assert report.vertices == verbs.weave(*frames, output=tmp_path / "whole.t4d").vertices
+    (tmp_path / "whole.t4d").unlink()
+    assert verbs.diff(tmp_path / "movie.t4dm", woven).level == "mesh"
+    names = [f"part-{number}-of-3.t4d" for number in (1, 2, 3)]
+    assert sorted(p.name for p in (tmp_path / "movie.t4dm.parts").iterdir()) == names
+    # What fsspec knows as an object store: here a folder, by its URL.
+    many.weave(frames, f"file://{tmp_path}/store/other.t4dm", client=client, parts=3)
+    assert sorted(p.name for p in (tmp_path / "store" / "other.t4dm.parts").iterdir()) == names
+    assert verbs.diff(tmp_path / "store" / "other.t4dm", woven).level == "mesh"
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["movie.t4dm", "movie.t4dm.parts", "store"]
+
+
+def test_a_task_without_enough_memory_says_so(woven):
+    with pytest.raises(t4d.VerbError, match="memory") as raised:
+        verbs.run_words(["validate", str(woven), "--threads=1"], memory=1 << 20)
+    assert raised.value.exit_code == 1
+
+
 def test_a_killed_worker_changes_nothing(client, faulty, frames, woven, tmp_path):  # noqa: F811
     happened = faulty("kill", "--part=2/4")
     report = many.weave(frames, tmp_path / "movie.t4d", client=client, parts=4)

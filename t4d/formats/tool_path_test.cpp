@@ -323,8 +323,8 @@ TEST(Gcode, TheToolIsOutOfTheWayWhereItsPlaceIsNotKnown) {
   EXPECT_EQ(
       path->notices[0],
       "a.nc:1: 3 moves go to places of the machine (G28, G30, G53) that are not known: the "
-      "tool is out of the way until X, Y and Z are given again; --offset G53=x,y,z says where "
-      "the machine's zero is");
+      "tool is out of the way until X, Y and Z are given again; give the machine's zero "
+      "with --offset G53=x,y,z");
   ASSERT_EQ(path->mountings.size(), 3U);
   EXPECT_EQ(path->mountings[0].tool, 0);
   EXPECT_EQ(path->mountings[1].tool, std::nullopt);

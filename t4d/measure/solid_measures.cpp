@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <numeric>
 
 #include <fmt/format.h>
@@ -17,7 +18,11 @@ using model::Point3;
 
 void SolidMeasures::add(const SolidMeasures& other) {
   const double both = volume + other.volume;
-  if (both != 0) centroid = (volume * centroid + other.volume * other.centroid) / both;
+  if (both != 0) {
+    centroid = (volume * centroid + other.volume * other.centroid) / both;
+  } else if (!other.bounds.empty()) {
+    centroid = other.centroid;
+  }
   volume = both;
   area += other.area;
   components += other.components;
@@ -47,7 +52,11 @@ SolidMeasures measuresOf(const model::TriangleMesh& mesh) {
     const Point3 c = mesh.vertices[k] - middle;
     moment += a.dot(b.cross(c)) / 24 * (a + b + c);
   }
-  made.centroid = made.volume != 0 ? Point3(middle + moment / made.volume) : middle;
+  // A solid that has just vanished is flat, and its volume nothing but rounding.
+  constexpr double kRounding = 1e-13;
+  const double extent = (made.bounds.max - made.bounds.min).norm();
+  const bool isFlat = std::abs(made.volume) <= kRounding * made.area * extent;
+  made.centroid = isFlat ? middle : Point3(middle + moment / made.volume);
   return made;
 }
 

@@ -54,6 +54,16 @@ TEST(SolidMeasures, TellComponentsFromCavitiesAndCountHandles) {
   EXPECT_EQ(sum.bounds.min.x(), -6);
 }
 
+TEST(SolidMeasures, OfASolidThatIsFlatHaveTheMiddleOfItsBounds) {
+  model::TriangleMesh flat = fixtures::translated(fixtures::cube(1), {4, 5, 6});
+  for (Point3& vertex : flat.vertices) vertex.z() = 6;
+  SolidMeasures sum;
+  sum.add(measuresOf(flat));
+  sum.add({});
+  EXPECT_EQ(sum.volume, 0);
+  EXPECT_LT((sum.centroid - Point3(4, 5, 6)).norm(), 1e-12);
+}
+
 TEST(SolidMeasures, FollowFieldsWhoseTopologyChanges) {
   for (const fixtures::Field& field : fixtures::allFields()) {
     if (field.topology.empty()) continue;

@@ -587,8 +587,9 @@ TEST_F(Program, SaysWhichPartsAreLostBetweenFrames) {
   write("plate.raw", samples);
   const Finished done = run("weave plate.raw --label 1 -o plate.t4d --json");
   EXPECT_EQ(done.exitCode, 0);
-  EXPECT_THAT(done.err,
-              testing::HasSubstr("a part of 192 voxels at (3.5, 3.5, 1) moves by more than"));
+  EXPECT_THAT(
+      done.err,
+      testing::HasSubstr("a part of 192 voxels at (3.5, 3.5, 1) moves by its own width or more"));
   const json lost = done.value()["parts_lost"];
   ASSERT_EQ(lost.size(), 2U);
   EXPECT_EQ(lost[1], json::parse(R"({"frame": 1, "time": 1.0, "point": [3.5, 3.5, 4.0],
@@ -611,7 +612,8 @@ TEST_F(Program, ThereAreSixtyFramesWithoutANumberOfThem) {
                            "rasterize cube.t4d --voxel-size 1 -o v"}) {
     const Finished done = run(std::string(verb) + " --json");
     EXPECT_EQ(done.value()["frames"], 60) << done.err;
-    EXPECT_THAT(done.err, testing::HasSubstr("60 frames, evenly spaced; --frames takes another"));
+    EXPECT_THAT(done.err,
+                testing::HasSubstr("60 frames, evenly spaced; --frames changes their number"));
   }
   for (const char* named :
        {"flipbook cube.t4d -o f.glb --count 2", "frames cube.t4d -o g -n 2",
@@ -2003,7 +2005,7 @@ TEST_F(Program, VolumesOfPatientsSayWhereTheAxesPoint) {
   EXPECT_EQ(woven("none.nrrd", "--json").value()["space"], nullptr);
   EXPECT_EQ(run("info out.t4d --json").value()["up"], "y");
   EXPECT_THAT(woven("none.nrrd").err,
-              testing::HasSubstr("frames are 1 apart; --frame-time sets another time"));
+              testing::HasSubstr("frames are taken to be 1 apart; --frame-time changes that"));
   EXPECT_EQ(woven("none.nrrd", "--frame-time 2").err, "");
   EXPECT_THAT(contents(folder_ / "out.t4d"), testing::Not(testing::HasSubstr("\"space\"")));
 }

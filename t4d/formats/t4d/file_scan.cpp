@@ -187,8 +187,11 @@ Result<void> RecordChecker::add(const IndexRecord& record) {
     return wrong(fmt::format("it belongs to body {}, of {}", parts.body, last_.size()));
   }
   std::optional<Last>& last = last_[parts.body];
+  const bool continues = last && record.lower() == last->record.upper();
+  const bool lowerIsKnown =
+      parts.lower == 0 || continues || window_.findLayer(record.lower()) != nullptr;
   if (last) {
-    if (record.lower() != last->record.upper() && !isCopy(record.lower(), last->upper)) {
+    if (lowerIsKnown && !continues && !isCopy(record.lower(), last->upper)) {
       return wrong("its lower layer is not the upper layer of the slab before, nor a copy of it");
     }
     const double end = last->record.time.end;
@@ -198,9 +201,7 @@ Result<void> RecordChecker::add(const IndexRecord& record) {
     }
   }
   const ChunkHeader* upper = window_.findLayer(record.upper());
-  const bool lowerIsKnown = parts.lower == 0 || (last && record.lower() == last->record.upper());
-  if (window_.find(kConnectivity, record.connectivity()) == nullptr ||
-      !(lowerIsKnown || window_.findLayer(record.lower()) != nullptr) ||
+  if (window_.find(kConnectivity, record.connectivity()) == nullptr || !lowerIsKnown ||
       !(parts.upper == 0 || upper != nullptr)) {
     return wrong(fmt::format("its connectivity or a layer is none of the last {} before it",
                              window_.size()));
