@@ -320,11 +320,10 @@ TEST(Gcode, TheToolIsOutOfTheWayWhereItsPlaceIsNotKnown) {
       gcode("G91 G28 Z0\nG90 G0 X0 Y0 Z0\nG28 Z5\nG0 X9\nG53 G0 Y7\nY1 Z3\nG1 X8 F60");
   EXPECT_EQ(placesOf(path), (std::vector<Point3>{{0, 0, 5}, {9, 1, 3}, {8, 1, 3}}));
   ASSERT_EQ(path->notices.size(), 1U);
-  EXPECT_EQ(
-      path->notices[0],
-      "a.nc:1: 3 moves go to places of the machine (G28, G30, G53) that are not known: the "
-      "tool is out of the way until X, Y and Z are given again; give the machine's zero "
-      "with --offset G53=x,y,z");
+  EXPECT_EQ(path->notices[0],
+            "a.nc:1: 3 moves go to places of the machine (G28, G30, G53) that are not known: the "
+            "tool is out of the way until X, Y and Z are given again; give the machine's zero "
+            "with --offset G53=x,y,z");
   ASSERT_EQ(path->mountings.size(), 3U);
   EXPECT_EQ(path->mountings[0].tool, 0);
   EXPECT_EQ(path->mountings[1].tool, std::nullopt);

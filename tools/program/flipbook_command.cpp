@@ -182,7 +182,7 @@ void addFlipbook(CLI::App& app, int& exitCode) {
           },
           ""));
   command->add_flag("--exact", options->exact,
-                    "Use exact slices, with 13 times as many triangles between layers");
+                    "Use exact slices, with up to 13 times as many triangles between layers");
   auto* rigid = command->add_flag("--rigid", options->rigid,
                                   "Write one mesh per body, moved by its poses: smooth, kilobytes");
   rigid->excludes("--exact");

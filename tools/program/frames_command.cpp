@@ -284,8 +284,9 @@ void addFrames(CLI::App& app, int& exitCode) {
       ->add_option("--voxel-size", options->voxelSize,
                    "Voxel edge length for --format vdb, in length units")
       ->check(numberAboveZero());
-  command->add_flag("--light", options->light,
-                    "Interpolate the triangles of the layers: 13 times fewer, same in all frames");
+  command->add_flag(
+      "--light", options->light,
+      "Interpolate the triangles of the layers: up to 13 times fewer, same in all frames");
   options->only.addTo(*command);
   options->part.addTo(*command, "Write only part K of N of the frames, into the same folder");
   command->add_flag("--attributes", options->attributes,

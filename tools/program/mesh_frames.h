@@ -21,7 +21,7 @@ struct MeshFramesLog {
 };
 
 inline constexpr const char* kMeshesAreOneApart =
-    "meshes have no times: frames are 1 apart; --frame-time sets another time";
+    "meshes have no times: frames are taken to be 1 apart; --frame-time changes that";
 
 struct MeshFrames {
   std::unique_ptr<voxel4d::FrameSource> frames;

@@ -381,7 +381,7 @@ void addSlice(CLI::App& app, int& exitCode) {
   options->only.addTo(*command);
   command
       ->add_flag("--light", options->light,
-                 "Interpolate the triangles of the layers: 13 times fewer, same volume")
+                 "Interpolate the triangles of the layers: up to 13 times fewer, same volume")
       ->needs("--time");
   command
       ->add_option("--coplanar", options->coplanar,
