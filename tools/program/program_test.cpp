@@ -185,7 +185,7 @@ TEST_F(Program, DeformationsAreSwept) {
   refuses("sweep fx/bending_0.obj fx/torus.obj --frame-time 1 -o out.t4d", "torus.obj: has ");
   const Finished oneApart = run("sweep fx/bending_*.obj -o one-apart.t4d");
   EXPECT_EQ(oneApart.exitCode, 0);
-  EXPECT_THAT(oneApart.err, testing::HasSubstr("frames are 1 apart"));
+  EXPECT_THAT(oneApart.err, testing::HasSubstr("frames are taken to be 1 apart"));
   refuses("sweep fx/cube.obj fx/bending.pc2 -o out.t4d", "bending.pc2: has 288 points");
   misused("sweep fx/bending_0.obj -o out.t4d", "--motion is required");
   misused("sweep fx/bending.pc2 fx/bending_0.obj -o out.t4d", "a point cache");
@@ -2164,7 +2164,7 @@ TEST_F(Program, MeshesOfAnyTrianglesAreWoven) {
 
   const std::string first = "weave ball_0.obj ";
   EXPECT_THAT(run(first + "ball_1.obj --voxel-size 1 -o unit.t4d").err,
-              testing::HasSubstr("frames are 1 apart"));
+              testing::HasSubstr("frames are taken to be 1 apart"));
   misused(first + "ball_1.obj -o out.t4d", "need --voxel-size");
   misused(first + "by-hand/ball_1.vdb --voxel-size 1 -o out.t4d", "are not of one kind");
   misused(first + "ball_1.obj --voxel-size 1 --iso 1 -o out.t4d", "not for triangle meshes");
