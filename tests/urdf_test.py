@@ -98,18 +98,25 @@ def assert_same_points(found, wanted):
     assert np.all(found.max(axis=0) < wanted.max(axis=0) + 1e-9)
 
 
-@pytest.mark.parametrize("seed", range(5))
-def test_links_are_where_the_kinematics_put_them(seed, tmp_path):
-    rng = random.Random(seed)
+def swept_robot(rng, tmp_path):
+    """A random robot, swept to r.t4d; its moving joints, their values at TIMES, and the bound of the
+    motion's chords."""
     text, moving = random_robot(rng)
     (tmp_path / "r.urdf").write_text(text)
     values = [[rng.uniform(-3, 3) for _ in moving] for _ in TIMES]
     write_table(tmp_path / "joints.csv", moving, values)
-    subprocess.run([BUILD / "t4d", "sweep", tmp_path / "r.urdf", "--motion",
-                    tmp_path / "joints.csv", "--caps", "cone", "-q", "-o", tmp_path / "r.t4d"],
-                   check=True)
+    swept = subprocess.run([BUILD / "t4d", "sweep", tmp_path / "r.urdf", "--motion",
+                            tmp_path / "joints.csv", "--caps", "cone", "--json", "-o",
+                            tmp_path / "r.t4d"], check=True, capture_output=True)
     robot = yourdfpy.URDF.load(str(tmp_path / "r.urdf"), load_meshes=False,
                                load_collision_meshes=False, build_collision_scene_graph=False)
+    return robot, moving, values, json.loads(swept.stdout)["chord_bound"]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_links_are_where_the_kinematics_put_them(seed, tmp_path):
+    rng = random.Random(seed)
+    robot, moving, values, _ = swept_robot(rng, tmp_path)
     for time, row in zip(TIMES, values):
         robot.update_cfg(dict(zip(moving, row)))
         for name in robot.link_map:
@@ -120,16 +127,7 @@ def test_links_are_where_the_kinematics_put_them(seed, tmp_path):
 @pytest.mark.parametrize("seed", range(5, 8))
 def test_between_their_layers_links_are_within_the_bound(seed, tmp_path):
     rng = random.Random(seed)
-    text, moving = random_robot(rng)
-    (tmp_path / "r.urdf").write_text(text)
-    values = [[rng.uniform(-3, 3) for _ in moving] for _ in TIMES]
-    write_table(tmp_path / "joints.csv", moving, values)
-    swept = subprocess.run([BUILD / "t4d", "sweep", tmp_path / "r.urdf", "--motion",
-                            tmp_path / "joints.csv", "--caps", "cone", "--json", "-o",
-                            tmp_path / "r.t4d"], check=True, capture_output=True)
-    bound = json.loads(swept.stdout)["chord_bound"]
-    robot = yourdfpy.URDF.load(str(tmp_path / "r.urdf"), load_meshes=False,
-                               load_collision_meshes=False, build_collision_scene_graph=False)
+    robot, moving, values, bound = swept_robot(rng, tmp_path)
     for time in [rng.uniform(0, 4) for _ in range(6)]:
         row = [np.interp(time, TIMES, column) for column in zip(*values)]
         robot.update_cfg(dict(zip(moving, row)))
@@ -158,18 +156,10 @@ def fcl_boxes(robot):
 @pytest.mark.parametrize("seed", range(8, 10))
 def test_distances_are_those_of_fcl_within_the_bound(seed, tmp_path):
     rng = random.Random(seed)
-    text, moving = random_robot(rng)
-    (tmp_path / "r.urdf").write_text(text)
-    values = [[rng.uniform(-3, 3) for _ in moving] for _ in TIMES]
-    write_table(tmp_path / "joints.csv", moving, values)
-    swept = subprocess.run([BUILD / "t4d", "sweep", tmp_path / "r.urdf", "--motion",
-                            tmp_path / "joints.csv", "--caps", "cone", "--json", "-o",
-                            tmp_path / "r.t4d"], check=True, capture_output=True)
-    bound = 2 * json.loads(swept.stdout)["chord_bound"] + 1e-9
+    robot, moving, values, chord_bound = swept_robot(rng, tmp_path)
+    bound = 2 * chord_bound + 1e-9
     subprocess.run([BUILD / "t4d", "collide", tmp_path / "r.t4d", "--no-volume", "--frames", "20", "-q",
                     "-o", tmp_path / "clearance.csv"], check=True)
-    robot = yourdfpy.URDF.load(str(tmp_path / "r.urdf"), load_meshes=False,
-                               load_collision_meshes=False, build_collision_scene_graph=False)
     with open(tmp_path / "clearance.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     apart = 0
