@@ -183,7 +183,7 @@ def _is_done(job: Dict[str, Any], number: int) -> Optional[Dict[str, Any]]:
             return None
         if job["verb"] not in REPORTS and _digest(_place(job, number)) != note["sha256"]:
             return None
-        if job["manifest"] and not _manifest(_place(job, number)).exists():
+        if job["verb"] in MESHES and not _manifest(_place(job, number)).exists():
             return None
         return dict(note)
     except (OSError, ValueError, KeyError):
@@ -212,11 +212,11 @@ def _make(job: Dict[str, Any], number: int) -> Dict[str, Any]:
     note = {"number": number, "fingerprint": job["fingerprint"], "report": report,
             "seconds": time.monotonic() - begin}  # fmt: skip
     if job["verb"] in MESHES:
-        if job["manifest"]:
-            verbs.run_words(["join", str(place), "--manifest", f"--output={_manifest(place)}"])
-        mesh = t4d.read(place)
-        note.update(zip(("begin", "end"), mesh.time_span), slabs=mesh.slab_count)
-    if job["verb"] not in REPORTS:
+        # All its bytes are checked here, so that joining reads its index alone.
+        verbs.run_words(["join", str(place), "--manifest", f"--output={_manifest(place)}"])
+        (about,) = json.loads(_manifest(place).read_text(encoding="utf-8"))["parts"]
+        note.update((name, about[name]) for name in ("begin", "end", "slabs", "bytes", "sha256"))
+    elif job["verb"] in FOLDERS:
         note.update(sha256=_digest(place), bytes=_bytes(place))
     if job["folder"]:
         _write(_note(job, number), note)
@@ -260,14 +260,20 @@ def _scratch(job: Dict[str, Any]) -> Iterator[Path]:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def _join_meshes(job: Dict[str, Any], output: str) -> Any:
-    """One file, or with the name of a .t4dm a manifest of the parts, which stay: that of their own
-    manifests, which their workers have made."""
-    files = [_place(job, number) for number in range(1, job["parts"] + 1)]
-    if not _is_manifest(output):
-        return verbs.run_words(["join", *map(str, files), f"--output={output}"], cwd=job["cwd"])
-    own = [str(_manifest(file)) for file in files]
-    return verbs.run_words(["join", *own, "--manifest", f"--output={output}"], cwd=job["cwd"])
+def _join_meshes(job: Dict[str, Any], how: str, output: str) -> Any:
+    """Writes the manifest of all parts (``how`` is ``--manifest``), or plans their join (``--plan``),
+    from the manifests that their workers have made."""
+    own = [str(_manifest(_place(job, number))) for number in range(1, job["parts"] + 1)]
+    return verbs.run_words(["join", *own, how, f"--output={output}"])
+
+
+def _copy_part(job: Dict[str, Any], number: int, output: str) -> None:
+    """Copies a part to its place in the joined file."""
+    verbs.run_words(["join", f"--output={output}", f"--part={number}/{job['parts']}"])
+
+
+def _finish_join(_job: Dict[str, Any], output: str) -> Any:
+    return verbs.run_words(["join", f"--output={output}", "--finish"])
 
 
 def _is_manifest(output: Any) -> bool:
@@ -372,7 +378,7 @@ class _Run:
         self.begun = time.monotonic()
         self.job: Dict[str, Any] = {
             "run": f"t4d-{uuid.uuid4().hex[:8]}", "verb": verb, "words": list(words), "cwd": os.getcwd(),
-            "manifest": bool(self.output and _is_manifest(self.output)), "tasks_on": {}, "version": _version(), "parts": 0, "fingerprint": "",
+            "tasks_on": {}, "version": _version(), "parts": 0, "fingerprint": "",
             "folder": f"{self.output}.parts" if self.output else "",
         }  # fmt: skip
 
@@ -508,7 +514,7 @@ class _Run:
         report = _joined_report(self.job, notes)
         if self.job["verb"] in MESHES:
             assert self.output
-            joined = self._ask(_join_meshes, str(self.output), what=f"join {uuid.uuid4().hex[:4]}")
+            joined = self._join_parts(str(self.output))
             if report is None:
                 return joined
             report["bytes"] = joined["bytes"]
@@ -521,12 +527,33 @@ class _Run:
             _write_report(self.output, report)
         return report
 
-    def _put_all(self, folder: str) -> None:
-        """Into an object store: the parts, then the manifest, so that it names what is there."""
+    def _join_parts(self, output: str) -> Any:
+        """One file, into which each part is copied by a worker; or with the name of a .t4dm a manifest
+        of the parts, which stay."""
+        again = uuid.uuid4().hex[:4]
+        if _is_manifest(output):
+            return self._ask(_join_meshes, "--manifest", output, what=f"join {again}")
+        unfinished = f"{output}.joining"
+        shutil.rmtree(unfinished, ignore_errors=True)
+        try:
+            self._ask(_join_meshes, "--plan", output, what=f"plan join {again}")
+            self._all(_copy_part, output, what=f"copy {again}")
+            return self._ask(_finish_join, output, what=f"finish join {again}")
+        except BaseException:
+            shutil.rmtree(unfinished, ignore_errors=True)
+            raise
+
+    def _all(self, function: Callable[..., Any], *arguments: Any, what: str) -> None:
+        """Does something with each part."""
         numbers = range(1, self.job["parts"] + 1)
-        futures = [self._submit(_upload, number, folder, what=f"put {number}", retries=_RETRIES) for number in numbers]
+        futures = [self._submit(function, number, *arguments, what=f"{what} {number}", retries=_RETRIES)
+                   for number in numbers]  # fmt: skip
         for future in self._completed(futures):
             future.result()
+
+    def _put_all(self, folder: str) -> None:
+        """Into an object store: the parts, then the manifest, so that it names what is there."""
+        self._all(_upload, folder, what="put")
         self._ask(_upload, 0, folder, what="put manifest")
         assert self.output
         self.output.unlink()

@@ -7,7 +7,7 @@ remembers that it happened.
   full    the disk of the output is full
   stall   nothing happens for a minute
   slow    nothing happens for three seconds
-  damage  a byte of the file that is named first is changed before anything is done
+  damage  a byte of the part whose manifest is named first is changed before anything is done
 """
 
 import os
@@ -33,7 +33,7 @@ if kind and word in words:
     if first and kind in ("stall", "slow"):
         time.sleep(60 if kind == "stall" else 3)
     if first and kind == "damage":
-        victim = next(Path(name) for name in words if name.endswith(".t4d"))
+        victim = next(Path(name).with_suffix(".t4d") for name in words if name.endswith(".t4dm"))
         content = bytearray(victim.read_bytes())
         content[len(content) // 2] ^= 255
         victim.write_bytes(content)

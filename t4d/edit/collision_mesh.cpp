@@ -8,7 +8,7 @@
 #include "t4d/edit/reduce_surface.h"
 #include "t4d/edit/surface_crossings.h"
 #include "t4d/measure/enclosure.h"
-#include "t4d/measure/parallel_for.h"
+#include "t4d/model/progress.h"
 #include "t4d/measure/surface_distance.h"
 #include "t4d/model/surface_check.h"
 
@@ -93,7 +93,7 @@ Result<std::optional<Envelope>> closestEnclosing(const Silhouette& silhouette,
     options.reach = reach + allowance.value();
     auto envelope = envelopeOf(
         silhouette, options,
-        measure::partOf(progress, round / double(kRounds), (round + 1) / double(kRounds)));
+        model::partOf(progress, round / double(kRounds), (round + 1) / double(kRounds)));
     if (!envelope) return pass(envelope.error());
     auto reduced = simpleReduction(envelope->mesh, triangles);
     if (!reduced) return pass(reduced.error());

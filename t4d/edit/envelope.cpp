@@ -12,7 +12,7 @@
 #include "t4d/measure/lattice_surface.h"
 #include "t4d/measure/missed_point.h"
 #include "t4d/measure/offset_surface.h"
-#include "t4d/measure/parallel_for.h"
+#include "t4d/model/progress.h"
 #include "t4d/measure/surface_genus.h"
 #include "t4d/measure/visit_lattice.h"
 #include "t4d/model/union_find.h"
@@ -195,10 +195,10 @@ Result<Envelope> withVoxels(double voxelSize, const Silhouette& silhouette,
                 {}, Remedy::VoxelSize);
   }
   const VisitLattice visits(surface, std::move(*lattice),
-                            measure::partOf(progress, 0, options.reach ? 0.2 : 0.5),
+                            model::partOf(progress, 0, options.reach ? 0.2 : 0.5),
                             /*withCrossings=*/!options.reach);
   if (options.reach) {
-    auto done = makeOffset(surface, visits, options, envelope, measure::partOf(progress, 0.2, 0.8));
+    auto done = makeOffset(surface, visits, options, envelope, model::partOf(progress, 0.2, 0.8));
     if (!done) return pass(done.error());
     return envelope;
   }

@@ -30,6 +30,14 @@ bool isStandardOutput(const struct stat& file) {
 
 }  // namespace
 
+std::filesystem::path followLinks(std::filesystem::path target) {
+  std::error_code ignored;
+  while (std::filesystem::is_symlink(target, ignored)) {
+    target = target.parent_path() / std::filesystem::read_symlink(target, ignored);
+  }
+  return target;
+}
+
 Result<OutputFile> OutputFile::create(const std::filesystem::path& target) {
   OutputFile file;
   if (target == "-") {
@@ -59,10 +67,7 @@ Result<OutputFile> OutputFile::create(const std::filesystem::path& target) {
     file.descriptor_ = ::open(target.c_str(), O_WRONLY | O_CLOEXEC);
   } else {
     std::error_code ignored;
-    while (std::filesystem::is_symlink(file.target_, ignored)) {
-      file.target_ =
-          file.target_.parent_path() / std::filesystem::read_symlink(file.target_, ignored);
-    }
+    file.target_ = followLinks(std::move(file.target_));
     const auto folder = file.target_.parent_path();
     if (!folder.empty() && !std::filesystem::exists(folder, ignored)) {
       return fail(ErrorCode::Failed,
@@ -79,6 +84,15 @@ Result<OutputFile> OutputFile::create(const std::filesystem::path& target) {
   return file;
 }
 
+Result<OutputFile> OutputFile::openToRewrite(const std::filesystem::path& file) {
+  OutputFile out;
+  out.target_ = file;
+  out.descriptor_ = ::open(file.c_str(), O_WRONLY | O_CLOEXEC | O_NOFOLLOW);
+  if (out.descriptor_ < 0) return ioError(file, "open for writing");
+  out.stays_ = true;
+  return out;
+}
+
 OutputFile::OutputFile(OutputFile&& other) noexcept { *this = std::move(other); }
 
 OutputFile& OutputFile::operator=(OutputFile&& other) noexcept {
@@ -87,6 +101,7 @@ OutputFile& OutputFile::operator=(OutputFile&& other) noexcept {
   target_ = std::move(other.target_);
   part_ = std::move(other.part_);
   descriptor_ = std::exchange(other.descriptor_, -1);
+  stays_ = other.stays_;
   size_ = other.size_;
   buffer_ = std::move(other.buffer_);
   return *this;
@@ -127,6 +142,15 @@ Result<void> OutputFile::write(const void* data, std::size_t size) {
   return {};
 }
 
+Result<void> OutputFile::skip(std::uint64_t bytes) {
+  if (auto done = flush(); !done) return done;
+  size_ += bytes;
+  if (::lseek(descriptor_, static_cast<off_t>(bytes), SEEK_CUR) < 0) {
+    return ioError(target_, "leave room");
+  }
+  return {};
+}
+
 Result<void> OutputFile::rewrite(std::uint64_t offset, const void* data, std::size_t size) {
   if (auto done = flush(); !done) return done;
   const auto* from = static_cast<const std::byte*>(data);
@@ -146,6 +170,7 @@ Result<void> OutputFile::rewrite(std::uint64_t offset, const void* data, std::si
 Result<void> OutputFile::commitAll(std::span<OutputFile> files) {
   for (OutputFile& file : files) {
     if (auto done = file.flush(); !done) return done;
+    if (file.stays_ && ::fsync(file.descriptor_) != 0) return ioError(file.target_, "write");
     if (::close(std::exchange(file.descriptor_, -1)) != 0) return ioError(file.target_, "write");
   }
   std::vector<system::PartFile> parts;

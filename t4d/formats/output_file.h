@@ -26,11 +26,18 @@ class OutputFile {
   OutputFile& operator=(const OutputFile&) = delete;
   ~OutputFile() { close(); }
 
+  /// A file that is there and stays there, for `rewrite` alone; `commit` waits until it is on disk.
+  static Result<OutputFile> openToRewrite(const std::filesystem::path& file);
+
   /// Appends; errors name the target and the system's reason (a full disk, say).
   Result<void> write(const void* data, std::size_t size);
 
   /// Replaces bytes that were written before. Fails if the target is a pipe.
   Result<void> rewrite(std::uint64_t offset, const void* data, std::size_t size);
+
+  /// Leaves room for so many bytes, which `rewrite`, or another process, writes. Fails if the
+  /// target is a pipe.
+  Result<void> skip(std::uint64_t bytes);
 
   /// Bytes written so far.
   std::uint64_t size() const { return size_; }
@@ -49,9 +56,13 @@ class OutputFile {
   std::filesystem::path target_;
   system::PartFile part_;  // none when written to directly
   int descriptor_ = -1;
+  bool stays_ = false;  // was there before
   std::uint64_t size_ = 0;
   std::vector<std::byte> buffer_;
 };
+
+/// What symbolic links lead to, which need not exist; the target itself if it is none.
+std::filesystem::path followLinks(std::filesystem::path target);
 
 /// Writes a file that has these bytes.
 Result<void> writeOutputFile(const std::filesystem::path& target, std::string_view bytes);

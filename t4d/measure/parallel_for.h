@@ -6,16 +6,11 @@
 
 #include <tbb/parallel_for.h>
 
-#include "t4d/model/slab.h"
+#include "t4d/model/progress.h"
 
 namespace t4d::measure {
 
-/// The progress of a part of a job, from one fraction of it to another. `progress` must outlive
-/// what is returned.
-inline model::Progress partOf(const model::Progress& progress, double from, double to) {
-  if (!progress) return {};
-  return [&progress, from, to](double fraction) { progress(from + fraction * (to - from)); };
-}
+using model::partOf;
 
 /// Calls body(i) for each i below `count` on all threads. Progress is reported from the calling
 /// thread alone, which works along.

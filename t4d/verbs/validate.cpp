@@ -7,6 +7,7 @@
 
 #include "t4d/formats/t4d/reader.h"
 #include "t4d/formats/t4d/stream.h"
+#include "t4d/model/progress.h"
 
 namespace t4d::verbs {
 namespace {
@@ -96,12 +97,8 @@ Result<Validation> validate(const std::filesystem::path& path, const measure::Ch
   if (formats::isPipe(path)) return validatePipe(path, options, maxCells);
   // Reading all bytes is the smaller part of the work.
   constexpr double kBytesShare = 0.2;
-  const auto part = [&](double from, double to) -> model::Progress {
-    if (!progress) return {};
-    return [=, &progress](double fraction) { progress(from + fraction * (to - from)); };
-  };
-  auto reader =
-      formats::T4dReader::open(path, formats::T4dOpen::Checked, part(0, kBytesShare), maxCells);
+  auto reader = formats::T4dReader::open(path, formats::T4dOpen::Checked,
+                                         model::partOf(progress, 0, kBytesShare), maxCells);
   if (!reader) return broken(reader.error(), path);
   Validation validation;
   const std::size_t count = reader->bodyCount();
@@ -111,7 +108,7 @@ Result<Validation> validate(const std::filesystem::path& path, const measure::Ch
              (1 - kBytesShare) * static_cast<double>(body) / static_cast<double>(count);
     };
     measure::MeshChecker checker(options);
-    auto read = reader->readThrough(i, checker, part(at(i), at(i + 1)));
+    auto read = reader->readThrough(i, checker, model::partOf(progress, at(i), at(i + 1)));
     if (!read) return broken(read.error(), path, std::move(validation));
     add(validation, checker.finish(), reader->metadata(), i,
         [&](std::size_t slab) -> std::optional<std::uint64_t> {

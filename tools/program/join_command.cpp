@@ -11,10 +11,12 @@
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/output_file.h"
 #include "t4d/formats/t4d/join.h"
+#include "t4d/formats/t4d/shared_join.h"
 #include "t4d/verbs/join_reports.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/option_checks.h"
+#include "tools/program/part_option.h"
 #include "tools/program/t4d_output.h"
 
 namespace t4d::tools {
@@ -24,6 +26,9 @@ struct JoinArguments {
   std::vector<std::string> parts;
   std::string output;
   bool manifest = false;
+  bool plan = false;
+  bool finish = false;
+  PartOption part;
   bool json = false;
 };
 
@@ -82,17 +87,105 @@ std::optional<std::string> misuseOfName(const JoinArguments& options) {
   return wrong.empty() ? std::nullopt : std::optional("--output: " + wrong);
 }
 
+void printSums(const formats::JoinReport& joined, const JoinArguments& options,
+               const std::string& sentence) {
+  std::uint64_t slabs = 0;
+  std::uint64_t vertices = 0;
+  std::uint64_t tetrahedra = 0;
+  for (const formats::BodySummary& body : joined.bodies) {
+    slabs += body.slabs;
+    vertices += body.vertices;
+    tetrahedra += body.tetrahedra;
+  }
+  if (options.json) {
+    printJson({{"parts", joined.parts},
+               {"slabs", slabs},
+               {"vertices", vertices},
+               {"tetrahedra", tetrahedra},
+               {"bytes", joined.bytes}});
+    return;
+  }
+  print("{}: {} of {}, {}\n", options.output, counted(slabs, "slab"), sentence,
+        sizeText(joined.bytes));
+  print("  {}, {}\n", counted(vertices, "vertex", "vertices"),
+        counted(tetrahedra, "tetrahedron", "tetrahedra"));
+}
+
+int planJoin(const JoinArguments& options) {
+  Result<formats::JoinReport> planned;
+  {
+    ProgressBar bar("planning");
+    planned = formats::planJoin({options.parts.begin(), options.parts.end()}, options.output,
+                                bar.callback());
+  }
+  if (!planned) return report(planned.error());
+  printSums(*planned, options, counted(planned->parts, "file") + " are planned");
+  if (!options.json) {
+    print(
+        "  copy them with t4d join -o {0} --part K/{1}, then finish with t4d join -o {0} "
+        "--finish\n",
+        options.output, planned->parts);
+  }
+  return reportLosses(planned->losses);
+}
+
+int copyParts(const JoinArguments& options) {
+  const auto most = formats::plannedParts(options.output);
+  if (!most) return report(most.error());
+  if (const auto settled = options.part.settle(*most, "files to join")) return *settled;
+  Result<formats::SharedCopy> copied;
+  {
+    ProgressBar bar("copying");
+    copied = formats::copyPlannedParts(options.output, options.part.chosen(), bar.callback());
+  }
+  if (!copied) return report(copied.error());
+  if (options.json) {
+    printJson({{"parts", *most}, {"copied", copied->parts}, {"bytes", copied->bytes}});
+  } else {
+    print("{}: {} copied, {}\n", options.output, counted(copied->parts, "file"),
+          sizeText(copied->bytes));
+  }
+  return kDone;
+}
+
+int finishJoin(const JoinArguments& options) {
+  const auto joined = formats::finishJoin(options.output);
+  if (!joined) return report(joined.error());
+  printSums(*joined, options, counted(joined->parts, "file"));
+  return kDone;
+}
+
+/// The error message if options exclude each other.
+std::optional<std::string> misuseOfSteps(const JoinArguments& options) {
+  const bool copies = options.part.isAsked();
+  if (options.plan + options.finish + copies + options.manifest > 1) {
+    return "--manifest, --plan, --part and --finish exclude each other";
+  }
+  if ((options.finish || copies) && !options.parts.empty()) {
+    return fmt::format("{} takes the files that were planned; name none",
+                       options.finish ? "--finish" : "--part");
+  }
+  if (options.parts.empty() && !options.finish && !copies) return "name the files to join";
+  return std::nullopt;
+}
+
 int run(const JoinArguments& options) {
+  if (const auto misuse = misuseOfSteps(options)) return wrongUsage(*misuse);
   if (const auto misuse = misuseOfOutput(options.output, options.parts)) return wrongUsage(*misuse);
   if (std::ranges::any_of(options.parts, isJson)) {
     if (!std::ranges::all_of(options.parts, isJson)) {
       return wrongUsage("reports (.json) and meshes (.t4d) are not joined with each other");
     }
-    if (options.manifest) return wrongUsage("--manifest names meshes (.t4d), not reports");
+    if (options.manifest || options.plan) {
+      return wrongUsage("--manifest and --plan are for meshes (.t4d), not for reports");
+    }
     return std::ranges::any_of(options.parts, isFrameManifest) ? joinFrameManifests(options)
                                                                : joinReports(options);
   }
   if (const auto misuse = misuseOfName(options)) return wrongUsage(*misuse);
+  if (options.plan) return planJoin(options);
+  if (options.part.isAsked()) return copyParts(options);
+  if (options.finish) return finishJoin(options);
   Result<formats::JoinReport> joined;
   {
     const std::vector<std::filesystem::path> parts(options.parts.begin(), options.parts.end());
@@ -101,26 +194,7 @@ int run(const JoinArguments& options) {
                               : formats::joinT4d(parts, options.output, bar.callback());
   }
   if (!joined) return report(joined.error());
-  std::uint64_t slabs = 0;
-  std::uint64_t vertices = 0;
-  std::uint64_t tetrahedra = 0;
-  for (const formats::BodySummary& body : joined->bodies) {
-    slabs += body.slabs;
-    vertices += body.vertices;
-    tetrahedra += body.tetrahedra;
-  }
-  if (options.json) {
-    printJson({{"parts", joined->parts},
-               {"slabs", slabs},
-               {"vertices", vertices},
-               {"tetrahedra", tetrahedra},
-               {"bytes", joined->bytes}});
-  } else {
-    print("{}: {} of {}, {}\n", options.output, counted(slabs, "slab"),
-          counted(joined->parts, options.manifest ? "part" : "file"), sizeText(joined->bytes));
-    print("  {}, {}\n", counted(vertices, "vertex", "vertices"),
-          counted(tetrahedra, "tetrahedron", "tetrahedra"));
-  }
+  printSums(*joined, options, counted(joined->parts, options.manifest ? "part" : "file"));
   return reportLosses(joined->losses);
 }
 
@@ -131,11 +205,9 @@ void addJoin(CLI::App& app, int& exitCode) {
       "join", "Join consecutive .t4d files without decoding them, or reports on parts");
   command->alias("concat");
   auto options = std::make_shared<JoinArguments>();
-  command
-      ->add_option("PART", options->parts,
-                   "Input files: .t4d, .t4dm or URLs, in the order of their times, or reports "
-                   "(.json) of parts")
-      ->required();
+  command->add_option("PART", options->parts,
+                      "Input files: .t4d, .t4dm or URLs, in the order of their times, or reports "
+                      "(.json) of parts");
   command
       ->add_option("-o,--output", options->output,
                    "Output file (.t4d, or .t4dm with --manifest, required; of reports .json, "
@@ -143,6 +215,11 @@ void addJoin(CLI::App& app, int& exitCode) {
       ->check(someName());
   command->add_flag("--manifest", options->manifest,
                     "Write a manifest (.t4dm) that names the parts, instead of copying them");
+  command->add_flag("--plan", options->plan,
+                    "Plan a join by several processes, which --part and --finish complete");
+  options->part.addTo(*command, "Copy part K of N of the planned files to their places");
+  command->add_flag("--finish", options->finish,
+                    "End a planned join: give the file its name when all files are copied");
   command->add_flag("--json", options->json, "Print the result as JSON");
   command->footer(
       "Example, with two processes at work:\n"
@@ -151,6 +228,10 @@ void addJoin(CLI::App& app, int& exitCode) {
       "  t4d join first.t4d second.t4d -o bolt.t4d\n"
       "or, without copying:\n"
       "  t4d join first.t4d second.t4d --manifest -o bolt.t4dm\n"
+      "by several processes at a time:\n"
+      "  t4d join first.t4d second.t4d -o bolt.t4d --plan\n"
+      "  t4d join -o bolt.t4d --part 1/2 & t4d join -o bolt.t4d --part 2/2; wait\n"
+      "  t4d join -o bolt.t4d --finish\n"
       "and reports:\n"
       "  t4d validate bolt.t4d --part 1/2 --json > p1.json &\n"
       "  t4d validate bolt.t4d --part 2/2 --json > p2.json; wait; t4d join p1.json p2.json");

@@ -32,7 +32,7 @@ const isOptional = (verb, where, key) => optional.includes(key) ||
   // Of a part; mill has none.
   (verb !== 'mill' && key === 'part') ||
   // Of files, or of manifests of frames.
-  (verb === 'join' && ['frames', 'slabs', 'vertices', 'tetrahedra', 'bytes'].includes(key)) ||
+  (verb === 'join' && ['frames', 'slabs', 'vertices', 'tetrahedra', 'bytes', 'copied'].includes(key)) ||
   // Of an animated glTF.
   (verb === 'sweep' && (['bodies', 'tolerance'].includes(key) || (key === 'body' && where.includes('first')))) ||
   (isComparedMesh(verb, where) && optionalOfMeshes.includes(key));
@@ -133,6 +133,10 @@ const runs = [
   sweep('cube', 'paper-screw', '--part', '2/2', '-o', at('second.t4d')),
   ['join', [at('first.t4d'), at('second.t4d'), '-o', at('joined.t4d')], 0],
   ['join', [at('second.t4d'), at('first.t4d'), '-o', at('joined.t4d')], 4],
+  ['join', [at('first.t4d'), at('second.t4d'), '-o', at('planned.t4d'), '--plan'], 0],
+  ['join', ['-o', at('planned.t4d'), '--most-parts'], 0],
+  ['join', ['-o', at('planned.t4d'), '--part', '1/1'], 0],
+  ['join', ['-o', at('planned.t4d'), '--finish'], 0],
   ['merge', [at('first.t4d'), at('joined.t4d'), '-o', at('merged.t4d')], 0],
   ['sweep', [path.join(folder, 'fixtures/arm.json'), '--caps', 'cone', '-o', at('arm.t4d')], 0],
   ['mend', [fixture('crossing-balls.stl'), '-o', at('balls.ply')], 0],

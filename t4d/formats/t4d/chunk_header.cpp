@@ -99,8 +99,7 @@ bool isZero(std::span<const std::byte> bytes) {
 
 }  // namespace
 
-Result<PayloadView> placesOf(const ChunkHeader& header, std::span<const std::byte> payload) {
-  const auto front = payload.first(header.frontBytes);
+Result<void> checkFront(const ChunkHeader& header, std::span<const std::byte> front) {
   const std::uint32_t crc = system::crc32c(front.data(), front.size());
   if (crc != header.frontCrc) {
     Error error{ErrorCode::InvalidInput,
@@ -120,9 +119,16 @@ Result<PayloadView> placesOf(const ChunkHeader& header, std::span<const std::byt
                    fmt::format("table says that its blocks take {} bytes, not the {} that are left",
                                blockBytes, header.payloadBytes - front.size()));
   }
+  return {};
+}
+
+Result<PayloadView> placesOf(const ChunkHeader& header, std::span<const std::byte> payload) {
+  const auto front = payload.first(header.frontBytes);
+  if (auto sound = checkFront(header, front); !sound) return pass(sound.error());
+  const auto table = front.first(header.blocks * kBlockEntryBytes);
   PayloadView view{front.subspan(table.size()), {}};
   view.blocks.reserve(header.blocks);
-  ByteReader blocks(payload.subspan(front.size(), blockBytes));
+  ByteReader blocks(payload.subspan(front.size()));
   for (ByteReader sizes(table); sizes.left() > 0; sizes.takeBytes(sizeof(std::uint32_t))) {
     const auto size = sizes.take<std::uint32_t>();
     view.blocks.push_back(blocks.takeBytes(padded(size)).first(size));

@@ -65,7 +65,10 @@ ChunkFront frontOf(t4d_layout::ChunkType type, const t4d_layout::PayloadWriter& 
 Result<t4d_layout::PayloadView> payloadOf(const ChunkHeader& header,
                                           std::span<const std::byte> payload);
 
-/// The same for a payload of which only the front has been read: where the blocks are.
+/// Checks the front of a payload against its checksum, and the sizes of blocks in it.
+Result<void> checkFront(const ChunkHeader& header, std::span<const std::byte> front);
+
+/// The same as payloadOf for a payload of which only the front has been read: where the blocks are.
 Result<t4d_layout::PayloadView> placesOf(const ChunkHeader& header,
                                          std::span<const std::byte> payload);
 /// Checks the checksum and the padding of block `number`.

@@ -108,8 +108,22 @@ std::optional<std::string> differingAttribute(const Metadata& one, const Metadat
   return std::nullopt;
 }
 
+Result<ChunkFile::Chunk> CopyTarget::read(const ChunkFile& from, const ChunkHeader& known) const {
+  auto chunk = from.readChunk(known.offset, known.type);
+  if (chunk && chunk->header != known) {
+    return from.damaged(known.offset, "the file has changed while it was read");
+  }
+  return chunk;
+}
+
+Result<std::uint64_t> CopyTarget::put(const ChunkHeader& chunk, std::span<const std::byte> payload,
+                                      bool /*changed*/) {
+  return file_.putCopy(chunk, payload);
+}
+
 Result<void> copyChunks(const ChunkFile& file, const CopiedFile& from, const CopiedChunks& all,
-                        const PutChunk& put, CopyState& state, const std::function<void()>& one) {
+                        const CopyTarget& target, const PutChunk& put, CopyState& state,
+                        const std::function<void()>& one) {
   const auto isLeftOut = [&](const ChunkHeader& chunk) {
     if (chunk.type == kPage || chunk.type == kPageList) return true;  // made anew
     if (!isUnknown(chunk.type)) return false;
@@ -122,11 +136,8 @@ Result<void> copyChunks(const ChunkFile& file, const CopiedFile& from, const Cop
   std::size_t slab = from.slabs.first;
   for (const ChunkHeader& known : from.chunks.of(all.chunks)) {
     if (!isLeftOut(known)) {
-      auto chunk = file.readChunk(known.offset, known.type);
+      auto chunk = target.read(file, known);
       if (!chunk) return pass(chunk.error());
-      if (chunk->header != known) {
-        return file.damaged(known.offset, "the file has changed while it was read");
-      }
       std::optional<IndexRecord> record;
       if (known.type == kSlab) record = all.slabs[slab++];
       if (auto done = put(*chunk, record ? &*record : nullptr); !done) return done;

@@ -30,8 +30,10 @@ class Changed {
 
   void setDistance(std::size_t field, std::uint64_t distance) {
     std::byte* at = payload_.data() + header_.blocks * kBlockEntryBytes + field;
+    changed_ = changed_ || std::memcmp(at, &distance, sizeof distance) != 0;
     std::memcpy(at, &distance, sizeof distance);
   }
+  bool isChanged() const { return changed_; }
   std::span<const std::byte> payload() const { return payload_; }
   /// With the checksum of what the front is now.
   ChunkHeader header() const {
@@ -43,24 +45,35 @@ class Changed {
  private:
   ChunkHeader header_;
   std::vector<std::byte> payload_;
+  bool changed_ = false;
 };
+
+std::span<const std::byte> frontOf(const ChunkFile::Chunk& chunk) {
+  return std::span(chunk.payload.bytes).first(chunk.header.frontBytes);
+}
 
 std::uint64_t layerOf(const ChunkFile::Chunk& pose) {
   std::uint64_t distance = 0;
-  std::memcpy(&distance, pose.payload.view.fields.data() + kLayerOfPoseAt, sizeof distance);
+  const std::size_t table = pose.header.blocks * kBlockEntryBytes;
+  std::memcpy(&distance, pose.payload.bytes.data() + table + kLayerOfPoseAt, sizeof distance);
   return pose.header.offset - distance;
 }
 
 /// As T4dWriter counts them.
-std::size_t countedBytes(const PayloadView& view) {
-  std::size_t bytes = view.fields.size();
-  for (const auto& block : view.blocks) bytes += block.size();
+std::size_t countedBytes(const ChunkFile::Chunk& chunk) {
+  const auto table = frontOf(chunk).first(chunk.header.blocks * kBlockEntryBytes);
+  std::size_t bytes = chunk.header.frontBytes - table.size();
+  for (ByteReader sizes(table); sizes.left() > 0; sizes.takeBytes(sizeof(std::uint32_t))) {
+    bytes += sizes.take<std::uint32_t>();
+  }
   return bytes;
 }
 
 }  // namespace
 
-void PartCopier::begin(const ChunkFile& file, const std::vector<std::uint64_t>& lowers) {
+void PartCopier::begin(const std::filesystem::path& path, const ChunkFile& file,
+                       const std::vector<std::uint64_t>& lowers) {
+  path_ = path;
   file_ = &file;
   given_ = PartWindow(uppers_.size());
   uppersThere_ = lowers;
@@ -75,8 +88,8 @@ void PartCopier::begin(const ChunkFile& file, const std::vector<std::uint64_t>& 
 }
 
 Result<std::uint64_t> PartCopier::copy(const ChunkHeader& header,
-                                       std::span<const std::byte> payload) {
-  auto offset = into_.putCopy(header, payload);
+                                       std::span<const std::byte> payload, bool changed) {
+  auto offset = into_.put(header, payload, changed);
   if (!offset) return offset;
   ChunkHeader there = header;
   there.offset = *offset;
@@ -84,26 +97,41 @@ Result<std::uint64_t> PartCopier::copy(const ChunkHeader& header,
   return offset;
 }
 
-bool PartCopier::takeStored(const ChunkFile::Chunk& chunk) {
+Result<bool> PartCopier::isSame(const Stored& one, const ChunkHeader& other) const {
+  const auto file = ChunkFile::open(one.file);
+  if (!file) return pass(file.error());
+  const auto before = file->readPayload(one.header);
+  if (!before) return pass(before.error());
+  const auto now = file_->readPayload(other);
+  if (!now) return pass(now.error());
+  return before->bytes == now->bytes;
+}
+
+Result<bool> PartCopier::takeStored(const ChunkFile::Chunk& chunk) {
   const ChunkHeader header = withoutOffset(chunk.header);
   // Where a part has a connectivity twice, it is a spare copy.
   const auto key = encodeChunkHeader(header);
   const std::string_view text(reinterpret_cast<const char*>(key.data()), key.size());
   if (!seen_.insert(std::hash<std::string_view>()(text)).second) return false;
-  const auto found = std::ranges::find_if(stored_, [&](const Stored& one) {
-    return one.header == header && one.bytes == chunk.payload.bytes &&
-           window_.find(kConnectivity, one.offset) != nullptr;
-  });
-  if (found == stored_.end()) return false;
-  placed_[chunk.header.offset] = found->offset;
-  return true;
+  for (const Stored& one : stored_) {
+    const bool alike = withoutOffset(one.header) == header &&
+                       std::ranges::equal(one.front, frontOf(chunk)) &&
+                       window_.find(kConnectivity, one.offset) != nullptr;
+    const auto same = alike ? isSame(one, chunk.header) : Result<bool>(false);
+    if (!same) return same;
+    if (!*same) continue;
+    placed_[chunk.header.offset] = one.offset;
+    return true;
+  }
+  return false;
 }
 
 /// Keeps what T4dWriter keeps to find connectivities that are equal.
 void PartCopier::store(const ChunkFile::Chunk& chunk, std::uint64_t offset) {
   constexpr std::size_t kMostBytes = std::size_t{4} << 20;
-  const std::size_t counted = countedBytes(chunk.payload.view);
-  stored_.push_back({withoutOffset(chunk.header), chunk.payload.bytes, counted, offset});
+  const std::size_t counted = countedBytes(chunk);
+  const auto front = frontOf(chunk);
+  stored_.push_back({path_, chunk.header, {front.begin(), front.end()}, counted, offset});
   storedBytes_ += counted;
   const std::size_t least = anySize_ ? 1 : 0;
   while (stored_.size() > least &&
@@ -117,11 +145,8 @@ void PartCopier::store(const ChunkFile::Chunk& chunk, std::uint64_t offset) {
 Result<std::uint64_t> PartCopier::nameable(std::uint64_t offset, ChunkType type) {
   const std::uint64_t placed = placed_.at(offset);
   if (window_.find(type, placed) != nullptr) return placed;
-  const auto chunk = file_->readChunk(offset, type);
+  const auto chunk = into_.read(*file_, *given_.find(type, offset));
   if (!chunk) return pass(chunk.error());
-  if (chunk->header != *given_.find(type, offset)) {
-    return file_->damaged(offset, "the file has changed while it was read");
-  }
   const auto again = copy(chunk->header, chunk->payload.bytes);
   if (again) placed_[offset] = *again;
   return again;
@@ -132,15 +157,19 @@ Result<void> PartCopier::put(const ChunkFile::Chunk& chunk) {
   given_.add(header);
   forgetPlaces();
   if (atSeam_.contains(header.offset)) return {};
-  if (header.type == kConnectivity && takeStored(chunk)) return {};
+  if (header.type == kConnectivity) {
+    const auto taken = takeStored(chunk);
+    if (!taken) return pass(taken.error());
+    if (*taken) return {};
+  }
   Result<std::uint64_t> offset;
   if (header.type == kPose) {
     const std::uint64_t old = layerOf(chunk);
     const auto layer = nameable(old, kLayer);
     if (!layer) return pass(layer.error());
     Changed changed(header, chunk.payload.bytes);
-    changed.setDistance(kLayerOfPoseAt, into_.size() - *layer);
-    offset = copy(changed.header(), changed.payload());
+    changed.setDistance(kLayerOfPoseAt, into_.file().size() - *layer);
+    offset = copy(changed.header(), changed.payload(), changed.isChanged());
   } else {
     offset = copy(header, chunk.payload.bytes);
   }
@@ -167,16 +196,18 @@ Result<void> PartCopier::putSlab(const ChunkFile::Chunk& chunk, const IndexRecor
     if (!placed) return pass(placed.error());
     part = *placed;
   }
-  const auto distance = [&](std::uint64_t part) { return part == 0 ? 0 : into_.size() - part; };
+  const auto distance = [&](std::uint64_t part) {
+    return part == 0 ? 0 : into_.file().size() - part;
+  };
   const SlabParts moved = {distance(parts[0]), distance(parts[1]), distance(parts[2]),
                            record.parts.body};
   Changed changed(chunk.header, chunk.payload.bytes);
   changed.setDistance(kPartsOfSlabAt, moved.connectivity);
   changed.setDistance(kPartsOfSlabAt + 8, moved.lower);
   changed.setDistance(kPartsOfSlabAt + 16, moved.upper);
-  const auto offset = copy(changed.header(), changed.payload());
+  const auto offset = copy(changed.header(), changed.payload(), changed.isChanged());
   if (!offset) return pass(offset.error());
-  into_.addSlab({*offset, record.slabBytes, moved, record.time, record.extent});
+  into_.file().addSlab({*offset, record.slabBytes, moved, record.time, record.extent});
   upperOfBody = parts[2];
   upperThere = record.upper();
   return {};

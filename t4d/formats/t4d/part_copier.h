@@ -10,49 +10,53 @@
 #include <unordered_set>
 #include <vector>
 
-#include "t4d/formats/t4d/chunk_file.h"
-#include "t4d/formats/t4d/chunk_writer.h"
-#include "t4d/formats/t4d/index_chunk.h"
+#include "t4d/formats/t4d/file_copy.h"
 #include "t4d/formats/t4d/part_window.h"
 
 namespace t4d::formats {
 
 /// Copies the chunks of files that continue each other into one file, as a single writer would have
 /// stored them: the layer at a seam once, and a connectivity that an earlier part has, too, only
-/// there. Distances that change by this are corrected; all other bytes are copied as they are.
+/// there. Distances that change by this are corrected; all other bytes are copied as they are. Of
+/// chunks only the fronts are looked at, but for connectivities whose checksums are equal.
 class PartCopier {
  public:
   /// `anySize`: whether connectivities of more than 4 MiB are looked for, too.
-  PartCopier(ChunkWriter& into, std::size_t bodies, bool anySize)
+  PartCopier(CopyTarget& into, std::size_t bodies, bool anySize)
       : into_(into), window_(bodies), uppers_(bodies), anySize_(anySize), given_(bodies) {}
 
   /// The next file. `lowers` has, for each body that continues, the offset of its first lower
   /// layer there, which is equal to the last upper layer of that body; 0 for others.
-  void begin(const ChunkFile& file, const std::vector<std::uint64_t>& lowers);
+  void begin(const std::filesystem::path& path, const ChunkFile& file,
+             const std::vector<std::uint64_t>& lowers);
 
   Result<void> put(const ChunkFile::Chunk& chunk);
   Result<void> putSlab(const ChunkFile::Chunk& chunk, const IndexRecord& record);
 
  private:
   struct Stored {
-    ChunkHeader header;  // its offset 0
-    std::vector<std::byte> bytes;
-    std::size_t counted = 0;  // bytes, as T4dWriter counts them
-    std::uint64_t offset = 0;
+    std::filesystem::path file;
+    ChunkHeader header;  // there
+    std::vector<std::byte> front;
+    std::size_t counted = 0;   // bytes, as T4dWriter counts them
+    std::uint64_t offset = 0;  // where it was copied to
   };
 
   /// Where the chunk of this part is that begins at `offset`; copies it again if it is too far back
   /// to be named.
   Result<std::uint64_t> nameable(std::uint64_t offset, t4d_layout::ChunkType type);
-  Result<std::uint64_t> copy(const ChunkHeader& header, std::span<const std::byte> payload);
-  bool takeStored(const ChunkFile::Chunk& chunk);
+  Result<std::uint64_t> copy(const ChunkHeader& header, std::span<const std::byte> payload,
+                             bool changed = false);
+  Result<bool> takeStored(const ChunkFile::Chunk& chunk);
+  Result<bool> isSame(const Stored& one, const ChunkHeader& other) const;
   void forgetPlaces();
   void store(const ChunkFile::Chunk& chunk, std::uint64_t offset);
 
-  ChunkWriter& into_;
+  CopyTarget& into_;
   PartWindow window_;
   std::vector<std::uint64_t> uppers_;  // of the bodies, where their last upper layers are
   bool anySize_;
+  std::filesystem::path path_;
   const ChunkFile* file_ = nullptr;
   PartWindow given_;                               // chunks of this part that it may name
   std::vector<std::uint64_t> uppersThere_;         // what uppers_ are in this part
