@@ -167,7 +167,9 @@ def _call(job: Dict[str, Any], words: Sequence[str]) -> Any:
     try:
         return verbs.run_words([job["verb"], *words], cwd=cwd, memory=memory)
     except VerbError as error:
-        if memory and ("memory" in str(error) or error.exit_code < 0):
+        # The stacks of threads are memory, too.
+        short = any(sign in str(error) for sign in ("memory", "Resource temporarily unavailable"))
+        if memory and (short or error.exit_code < 0):
             raise VerbError(
                 f"{error} (a task has {memory / 1e6:.0f} MB of this worker: workers with more memory "
                 "or fewer threads give it more)", job["verb"], error.exit_code,

@@ -123,6 +123,22 @@ def test_a_task_without_enough_memory_says_so(woven):
         verbs.run_words(["validate", str(woven), "--threads=1"], memory=1 << 20)
 
 
+@pytest.mark.parametrize("limit", (4, 8))
+def test_a_worker_with_too_little_memory_ends_the_run_with_one_sentence(frames, woven, tmp_path, limit):  # noqa: F811
+    dask = pytest.importorskip("dask")
+    memory = {f"distributed.worker.memory.{name}": False for name in ("target", "spill", "pause", "terminate")}
+    output = tmp_path / "movie.t4d"
+    with dask.config.set(memory), distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, memory_limit=limit * 1_000_000, dashboard_address=None,
+        local_directory=str(tmp_path / "workers"),
+    ) as cluster, distributed.Client(cluster) as client:  # fmt: skip
+        with pytest.raises(many.DistributedError, match=f"a task has {limit} MB of this worker: workers with more"):
+            many.weave(frames, output, client=client, parts=4)
+    assert not output.exists()
+    many.weave(frames, output, local=2, resume=True)
+    assert same(output, woven)
+
+
 def test_a_killed_worker_changes_nothing(client, faulty, frames, woven, tmp_path):  # noqa: F811
     happened = faulty("kill", "--part=2/4")
     report = many.weave(frames, tmp_path / "movie.t4d", client=client, parts=4)

@@ -119,7 +119,7 @@ int planJoin(const JoinArguments& options) {
                                 bar.callback());
   }
   if (!planned) return report(planned.error());
-  printSums(*planned, options, counted(planned->parts, "file") + " are planned");
+  printSums(*planned, options, counted(planned->parts, "file") + " planned");
   if (!options.json) {
     print(
         "  copy them with t4d join -o {0} --part K/{1}, then finish with t4d join -o {0} "
