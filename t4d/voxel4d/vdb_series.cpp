@@ -21,12 +21,24 @@ namespace fs = std::filesystem;
 
 namespace {
 
+/// Where the scale of the transform begins, which follows the translation if there is one.
+char* scaleIn(std::string& bytes) {
+  const std::string scaled = openvdb::math::UniformScaleMap::mapType();
+  const std::string moved = openvdb::math::UniformScaleTranslateMap::mapType();
+  const auto endOf = [&](const std::string& type) -> char* {
+    const std::string stored = std::string{static_cast<char>(type.size()), 0, 0, 0} + type;
+    const std::size_t at = bytes.find(stored);
+    return at == std::string::npos ? nullptr : bytes.data() + at + stored.size();
+  };
+  if (char* const scale = endOf(scaled)) return scale;
+  return endOf(moved) + sizeof(openvdb::Vec3d);
+}
+
 /// Replaces the voxels of 1 in a file by those that transformOf leaves to us.
 void setVoxelSize(std::string& bytes, double size) {
-  const std::string type = openvdb::math::UniformScaleMap::mapType();
   // The scale, the size of a voxel, the scale's inverse, its square, and half the inverse; for each
   // axis.
-  char* into = bytes.data() + bytes.find(type) + type.size();
+  char* into = scaleIn(bytes);
   for (const double number : {size, size, 1 / size, 1 / size / size, 0.5 / size}) {
     for (int axis = 0; axis < 3; ++axis, into += sizeof number) {
       std::memcpy(into, &number, sizeof number);

@@ -168,13 +168,14 @@ Result<std::vector<std::string>> write(const EnvelopeArguments& options,
 
 /// What is the same in all parts of the fields of a run, by name.
 std::map<std::string, std::string> runOf(const verbs::Input& input, const model::TimeSpan& span) {
-  std::map<std::string, std::string> run = {{"version of t4d", versionText()},
+  std::map<std::string, std::string> run = {{"version of t4d", std::string(versionText())},
                                             {"first time", fmt::format("{}", span.begin)},
                                             {"last time", fmt::format("{}", span.end)}};
   const ordered_json identity = identityOf(input);
   for (const auto& [name, number] : identity.items()) run["input's " + name] = number.dump();
-  std::string& names = run["list of bodies"];
-  for (const model::Body& body : input.bodies) names += (names.empty() ? "" : ", ") + body.name;
+  auto names = ordered_json::array();
+  for (const model::Body& body : input.bodies) names.push_back(body.name);
+  run["list of bodies"] = names.dump();
   return run;
 }
 
