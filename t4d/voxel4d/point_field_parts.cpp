@@ -26,10 +26,10 @@ using Identity = std::map<std::string, std::string>;
 struct FieldPart {
   fs::path file;
   openvdb::GridBase::Ptr header;
-  Lattice lattice;
-  model::Part part;
+  Lattice lattice = {};
+  model::Part part = {};
   std::array<std::uint64_t, 3> points = {0, 0, 0};  ///< of the whole field
-  Identity identity;  ///< what is the same in all parts of a field, by name
+  Identity identity = {};  ///< what is the same in all parts of a field, by name
 };
 
 /// A number from 1 on in the metadata; 0 if there is none.

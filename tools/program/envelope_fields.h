@@ -35,7 +35,7 @@ struct FieldWork {
   /// What tells the parts of this run from others; empty for the whole fields.
   std::map<std::string, std::string> run = {};
   /// Puts the motion into a sink.
-  std::function<Result<void>(model::Sink&)> put;
+  std::function<Result<void>(model::Sink&)> put = {};
 };
 
 /// Fails if the fields of a part need more memory than that.
