@@ -149,11 +149,17 @@ void addLeaves(const Grid& part, Grid& field) {
   }
 }
 
+/// The transform as writePointField sets it, which writeVdbPart takes.
+openvdb::math::Transform::Ptr transformOf(const FieldPart& part) {
+  const bool isFine = part.lattice.voxelSize < kFinestVoxel;
+  return isFine ? transformOf(part.lattice) : part.header->transformPtr();
+}
+
 template <class Grid>
 Result<openvdb::GridBase::Ptr> joinedGrid(const std::vector<FieldPart>& parts) {
   auto field = Grid::create(typename Grid::ValueType(0));
   field->setName(parts.front().header->getName());
-  field->setTransform(parts.front().header->transformPtr());
+  field->setTransform(transformOf(parts.front()));
   for (const FieldPart& part : parts) {
     auto file = VdbFile::open(part.file);
     if (!file) return pass(file.error());

