@@ -2391,7 +2391,7 @@ TEST_F(Program, PartsOfTheFieldsOfAnEnvelopeAreRefusedWhereTheyCannotBe) {
           "--part: there are 2 blocks of 8 planes along x, too few for 3 parts");
   // A part needs its share of the memory.
   const std::string fine = "envelope cube.t4d --voxel-size 0.5 --max-memory 0.005 --dwell ";
-  refuses(fine + "no.vdb", "0.59 fits, and so may parts of them (--part)");
+  refuses(fine + "no.vdb", "0.61 fits, and so may parts of them (--part)");
   EXPECT_EQ(run(fine + "fine.vdb --part 3/6").exitCode, 0);
 
   for (const char* part : {"1/2", "2/2"}) {
