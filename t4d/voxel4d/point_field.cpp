@@ -4,11 +4,29 @@
 #include <span>
 
 #include "t4d/system/part_file.h"
+#include "t4d/voxel4d/field_metadata.h"
 #include "t4d/voxel4d/vdb_grid.h"
 #include "t4d/voxel4d/vdb_series.h"
 
 namespace t4d::voxel4d {
 namespace {
+
+model::Part partOf(const PointField& field) {
+  return field.part ? field.part->part : model::Part();
+}
+
+void addMetadata(const PointField& field, openvdb::MetaMap& metadata) {
+  const auto& [part, run] = *field.part;
+  const auto add = [&](const char* name, std::uint64_t number) {
+    metadata.insertMeta(name, openvdb::Int64Metadata(static_cast<std::int64_t>(number)));
+  };
+  add(kPartNumber, part.number);
+  add(kPartCount, part.count);
+  for (int axis = 0; axis < 3; ++axis) add(kPartPoints[axis], field.counts[axis]);
+  for (const auto& [name, value] : run) {
+    metadata.insertMeta(kPartRun + name, openvdb::StringMetadata(value));
+  }
+}
 
 template <class Grid>
 openvdb::GridBase::Ptr gridOf(const PointField& field) {
@@ -17,9 +35,11 @@ openvdb::GridBase::Ptr gridOf(const PointField& field) {
   auto grid = Grid::create(Value(0));
   grid->setName(field.name);
   grid->setTransform(transformOf(field.lattice));
+  if (field.part) addMetadata(field, *grid);
   std::unique_ptr<Leaf> leaf;
   const auto blocks = [&](int axis) { return (field.counts[axis] + 7) / 8; };
-  for (std::uint32_t x = 0; x < blocks(0); ++x) {
+  const model::PartRange own = partOf(field).of(blocks(0));
+  for (auto x = static_cast<std::uint32_t>(own.begin); x < own.end; ++x) {
     for (std::uint32_t y = 0; y < blocks(1); ++y) {
       for (std::uint32_t z = 0; z < blocks(2); ++z) {
         for (std::uint32_t i = 0; i < 512; ++i) {

@@ -10,6 +10,7 @@
 #include "t4d/measure/visit_fields.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/voxel4d/test_files.h"
+#include "t4d/voxel4d/vdb_file.h"
 #include "t4d/voxel4d/vdb_grid.h"
 
 namespace t4d::voxel4d {
@@ -82,6 +83,26 @@ TEST(PointField, IsReadAsItWasWritten) {
     } else {
       check(*readGrid<openvdb::FloatGrid>(path));
     }
+  }
+}
+
+TEST(PointField, OfFineVoxelsIsInItsPlace) {
+  const TestFolder dir;
+  for (const Point3& origin : {Point3(0, 0, 0), Point3(-3, 5, 7)}) {
+    PointField field;
+    field.name = "fine";
+    field.lattice = {1e-5, origin};
+    field.counts = {2, 2, 2};
+    field.value = [](const std::array<std::uint32_t, 3>&, double& value) {
+      return value = 1, true;
+    };
+    ASSERT_TRUE(writePointField(dir / "fine.vdb", field));
+    const auto file = VdbFile::open(dir / "fine.vdb");
+    ASSERT_TRUE(file) << file.error().text();
+    const auto lattice = latticeOf(*(*file)->grids()[0].header, "");
+    ASSERT_TRUE(lattice) << lattice.error().text();
+    EXPECT_EQ(lattice->voxelSize, 1e-5);
+    EXPECT_EQ(lattice->origin, origin);
   }
 }
 

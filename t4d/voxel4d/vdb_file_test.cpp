@@ -40,6 +40,7 @@ void expectSameGrid(const openvdb::GridBase& a, const openvdb::GridBase& b) {
   };
   compare(dynamic_cast<const openvdb::FloatTree*>(&a.constBaseTree()));
   compare(dynamic_cast<const openvdb::DoubleTree*>(&a.constBaseTree()));
+  compare(dynamic_cast<const openvdb::Int32Tree*>(&a.constBaseTree()));
   compare(dynamic_cast<const openvdb::BoolTree*>(&a.constBaseTree()));
   compare(dynamic_cast<const openvdb::MaskTree*>(&a.constBaseTree()));
   compare(dynamic_cast<const openvdb::Vec3STree*>(&a.constBaseTree()));

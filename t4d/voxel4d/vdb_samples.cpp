@@ -106,6 +106,7 @@ std::vector<VdbSample> vdbSamples() {
     }
     add(fmt::format("bool_{}", compression), {bools()}, compression);
   }
+  add("int32", {gridWith<openvdb::Int32Grid>(3)}, kUsual);
   add("double", {gridWith<DoubleGrid>(4)}, kUsual);
   add("float_mask_only", {gridWith<FloatGrid>(1)}, io::COMPRESS_ACTIVE_MASK);
   add("half", {halved<FloatGrid>(gridWith<FloatGrid>(3))}, kUsual);

@@ -11,8 +11,9 @@ struct VdbSample {
   std::string bytes;
 };
 
-/// Float, double, bool and mask grids in every encoding of OpenVDB: all compressions, half floats,
-/// all encodings of inactive values, with offsets and streamed, several grids, shared trees.
+/// Float, double, int32, bool and mask grids in every encoding of OpenVDB: all compressions, half
+/// floats, all encodings of inactive values, with offsets and streamed, several grids, shared
+/// trees.
 std::vector<VdbSample> vdbSamples();
 
 }  // namespace t4d::voxel4d

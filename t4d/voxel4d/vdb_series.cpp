@@ -21,12 +21,24 @@ namespace fs = std::filesystem;
 
 namespace {
 
+/// Where the scale of the transform begins, which follows the translation if there is one.
+char* scaleIn(std::string& bytes) {
+  const std::string scaled = openvdb::math::UniformScaleMap::mapType();
+  const std::string moved = openvdb::math::UniformScaleTranslateMap::mapType();
+  const auto endOf = [&](const std::string& type) -> char* {
+    const std::string stored = std::string{static_cast<char>(type.size()), 0, 0, 0} + type;
+    const std::size_t at = bytes.find(stored);
+    return at == std::string::npos ? nullptr : bytes.data() + at + stored.size();
+  };
+  if (char* const scale = endOf(scaled)) return scale;
+  return endOf(moved) + sizeof(openvdb::Vec3d);
+}
+
 /// Replaces the voxels of 1 in a file by those that transformOf leaves to us.
 void setVoxelSize(std::string& bytes, double size) {
-  const std::string type = openvdb::math::UniformScaleMap::mapType();
   // The scale, the size of a voxel, the scale's inverse, its square, and half the inverse; for each
   // axis.
-  char* into = bytes.data() + bytes.find(type) + type.size();
+  char* into = scaleIn(bytes);
   for (const double number : {size, size, 1 / size, 1 / size / size, 0.5 / size}) {
     for (int axis = 0; axis < 3; ++axis, into += sizeof number) {
       std::memcpy(into, &number, sizeof number);
@@ -34,20 +46,31 @@ void setVoxelSize(std::string& bytes, double size) {
   }
 }
 
-/// Replaces the random UUID of a file by one of its contents, so that the same grid makes the same
-/// bytes, and the transform if OpenVDB cannot make it.
-void amend(std::fstream& file, double voxelSize) {
-  constexpr std::size_t kAt = 21;  // of the UUID, after magic number, versions and a flag
-  constexpr std::size_t kLength = 36;
+std::string bytesOf(std::istream& file) {
   const auto size = static_cast<std::size_t>(file.seekg(0, std::ios::end).tellg());
   std::string bytes(size, '\0');
   file.seekg(0).read(bytes.data(), static_cast<std::streamsize>(size));
-  if (voxelSize < kFinestVoxel) setVoxelSize(bytes, voxelSize);
-  bytes.replace(kAt, kLength, kLength, '0');
+  return bytes;
+}
+
+// Where the UUID of a file is: after magic number, versions and a flag.
+constexpr std::size_t kUuidAt = 21;
+constexpr std::size_t kUuidLength = 36;
+
+/// Replaces the UUID of a file by one of its other bytes.
+void setUuid(std::string& bytes) {
+  bytes.replace(kUuidAt, kUuidLength, kUuidLength, '0');
   const boost::uuids::name_generator_sha1 named(boost::uuids::ns::oid());
-  const std::string uuid = to_string(named(bytes.data(), bytes.size()));
-  bytes.replace(kAt, kLength, uuid);
-  file.seekp(0).write(bytes.data(), static_cast<std::streamsize>(size));
+  bytes.replace(kUuidAt, kUuidLength, to_string(named(bytes.data(), bytes.size())));
+}
+
+/// Replaces the random UUID of a file by one of its contents, so that the same grid makes the same
+/// bytes, and the transform if OpenVDB cannot make it.
+void amend(std::fstream& file, double voxelSize) {
+  std::string bytes = bytesOf(file);
+  if (voxelSize < kFinestVoxel) setVoxelSize(bytes, voxelSize);
+  setUuid(bytes);
+  file.seekp(0).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
 }
 
 /// OpenVDB's own io::File does not notice a full disk; our stream throws.
@@ -77,6 +100,17 @@ Result<std::uint64_t> writeVdbPart(const system::PartFile& part, const fs::path&
                 target.string());
   }
   return fs::file_size(part.path());
+}
+
+Result<void> checkVdbContents(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  const std::string bytes = bytesOf(file);
+  if (!file) return fail(ErrorCode::Io, "cannot be read", path.string());
+  std::string expected = bytes;
+  if (bytes.size() >= kUuidAt + kUuidLength) setUuid(expected);
+  if (bytes == expected) return {};
+  return invalid("is damaged, or was changed by another program: its UUID is not that of its bytes",
+                 path.string());
 }
 
 Result<VdbSeries> VdbSeries::create(const fs::path& folder, std::size_t frames,

@@ -17,6 +17,9 @@ Result<std::uint64_t> writeVdbPart(const system::PartFile& part,
                                    const std::filesystem::path& target,
                                    const openvdb::GridBase::Ptr& grid, double voxelSize);
 
+/// Fails unless a .vdb file has the bytes that writeVdbPart wrote: its UUID is made of them.
+Result<void> checkVdbContents(const std::filesystem::path& path);
+
 /// Writes grids as frame_0000.vdb, frame_0001.vdb, ... into a folder. Files get their names in
 /// `commit`; without it nothing remains.
 class VdbSeries {

@@ -347,6 +347,8 @@ class TreeReader {
   static Stored minus(Stored value) {
     if constexpr (kIsBool) {
       return value == 0 ? 1 : 0;
+    } else if constexpr (std::is_integral_v<Stored>) {
+      return static_cast<Stored>(-static_cast<std::int64_t>(value));
     } else {
       return -value;
     }
@@ -370,6 +372,7 @@ VdbTree read(VdbStream& stream, const VdbCoding& coding, const VdbTreeOptions& o
 Read readerOf(const std::string& treeType) {
   if (treeType == openvdb::FloatTree::treeType()) return read<openvdb::FloatTree>;
   if (treeType == openvdb::DoubleTree::treeType()) return read<openvdb::DoubleTree>;
+  if (treeType == openvdb::Int32Tree::treeType()) return read<openvdb::Int32Tree>;
   if (treeType == openvdb::BoolTree::treeType()) return read<openvdb::BoolTree>;
   if (treeType == openvdb::MaskTree::treeType()) return read<openvdb::MaskTree>;
   if (treeType == openvdb::Vec3STree::treeType()) return read<openvdb::Vec3STree>;

@@ -33,8 +33,8 @@ struct VdbTree {
   std::uint64_t activeVoxels = 0;  ///< of the whole tree
 };
 
-/// Whether readVdbTree supports a tree type: float, double, bool, mask and vec3s trees of OpenVDB's
-/// default configuration.
+/// Whether readVdbTree supports a tree type: float, double, int32, bool, mask and vec3s trees of
+/// OpenVDB's default configuration.
 bool canReadVdbTree(const std::string& treeType);
 
 /// Reads a tree of OpenVDB's file format version 222 to 224.

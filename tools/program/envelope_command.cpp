@@ -2,6 +2,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <map>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -13,7 +14,6 @@
 #include "t4d/formats/triangle_mesh_formats.h"
 #include "t4d/formats/triangle_mesh_writer.h"
 #include "t4d/measure/chord_bound.h"
-#include "t4d/measure/visit_fields.h"
 #include "t4d/slice/slice.h"
 #include "t4d/verbs/json_text.h"
 #include "t4d/voxel4d/point_field.h"
@@ -21,12 +21,14 @@
 #include "tools/program/centering.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
+#include "tools/program/envelope_fields.h"
 #include "tools/program/envelope_page.h"
 #include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/part_option.h"
 #include "tools/program/progress_bar.h"
 #include "tools/program/time_window.h"
+#include "tools/program/version.h"
 
 namespace t4d::tools {
 namespace {
@@ -47,29 +49,12 @@ struct EnvelopeArguments {
   bool outside = false;
   std::optional<double> inflate;          // with it, outside is set
   std::optional<std::uint64_t> simplify;  // with it, outside is set
-  std::array<std::string, 4> fields;      // files, as in kFields
+  EnvelopeFields fields;
+  PartOption part;
   std::string html;
   bool center = false;
   bool json = false;
 };
-
-/// A field, its option and its values.
-struct FieldKind {
-  const char* name;
-  const char* help;
-  double (*valueAt)(const measure::VisitFields& fields, std::size_t row);
-  bool whole;
-};
-constexpr std::array<FieldKind, 4> kFields = {{
-    {"visits", "number of visits of each point, as int32",
-     [](const measure::VisitFields& f, std::size_t row) { return double(f.visits[row]); }, true},
-    {"dwell", "how long each point is covered",
-     [](const measure::VisitFields& f, std::size_t row) { return f.dwell[row]; }, false},
-    {"first", "when each point is first covered",
-     [](const measure::VisitFields& f, std::size_t row) { return f.first[row]; }, false},
-    {"last", "when each point is last covered",
-     [](const measure::VisitFields& f, std::size_t row) { return f.last[row]; }, false},
-}};
 
 /// The most triangles of a silhouette for which --exact is named: a thousand may take minutes.
 constexpr std::size_t kFewTriangles = 500;
@@ -94,8 +79,10 @@ Result<void> putPart(const model::Body& body, const TimeWindow& window, const mo
 
 Result<std::vector<Passed>> silhouettesOf(const EnvelopeArguments& options,
                                           const verbs::Input& input, const model::TimeSpan& span) {
-  // Bounds of chords are read off the same slabs again.
-  ProgressBar bar("finding the silhouette", 2 * verbs::slabCountOf(input.bodies), "slabs");
+  // Bounds of chords are read off the same slabs again; those are of the surface.
+  const bool withChords = !options.part.isAsked();
+  ProgressBar bar("finding the silhouette", (withChords ? 2 : 1) * verbs::slabCountOf(input.bodies),
+                  "slabs");
   std::vector<Passed> all;
   for (const model::Body& body : input.bodies) {
     const auto inBody = [&](Error error) {
@@ -110,11 +97,13 @@ Result<std::vector<Passed>> silhouettesOf(const EnvelopeArguments& options,
     }
     auto silhouette = builder.finish();
     if (!silhouette) return inBody(silhouette.error());
-    const auto chords = measure::chordBound(*body.source, span, motionOf(input, body.name),
-                                            bar.part(body.source->slabCount()));
-    if (!chords) return inBody(chords.error());
     std::optional<double> bound;
-    if (*chords) bound = (*chords)->bound;
+    if (withChords) {
+      const auto chords = measure::chordBound(*body.source, span, motionOf(input, body.name),
+                                              bar.part(body.source->slabCount()));
+      if (!chords) return inBody(chords.error());
+      if (*chords) bound = (*chords)->bound;
+    }
     if (options.each || all.empty()) {
       all.push_back({body.name, std::move(*silhouette), bound});
     } else {
@@ -177,78 +166,57 @@ Result<std::vector<std::string>> write(const EnvelopeArguments& options,
   return formats::writeEachTriangleMesh(files, meshes, how);
 }
 
-bool wantsFields(const EnvelopeArguments& options) {
-  return std::ranges::any_of(options.fields, [](const auto& file) { return !file.empty(); });
+/// What is the same in all parts of the fields of a run, by name.
+std::map<std::string, std::string> runOf(const verbs::Input& input, const model::TimeSpan& span) {
+  std::map<std::string, std::string> run = {{"version of t4d", std::string(versionText())},
+                                            {"first time", fmt::format("{}", span.begin)},
+                                            {"last time", fmt::format("{}", span.end)}};
+  const ordered_json identity = identityOf(input);
+  for (const auto& [name, number] : identity.items()) run["input's " + name] = number.dump();
+  auto names = ordered_json::array();
+  for (const model::Body& body : input.bodies) names.push_back(body.name);
+  run["list of bodies"] = names.dump();
+  return run;
 }
 
-struct WrittenField {
-  std::string name;
-  std::string file;
-  std::uint64_t bytes;
-};
-
-/// The lattice of the fields, the same as that of the envelope. Fails if they need too much memory.
-Result<measure::SpaceLattice> fieldLattice(const EnvelopeArguments& options,
-                                           const model::Bounds3& bounds, double voxelSize) {
-  auto lattice = measure::SpaceLattice::about(bounds, voxelSize);
-  if (!lattice) return lattice;
-  const double gib = measure::VisitFieldBuilder::bytesOf(*lattice) / 0x1p30;
-  if (gib > options.maxMemoryGiB) {
-    return fail(ErrorCode::Unsupported,
-                fmt::format("fields with a voxel size of {} would need {:.1f} GiB of memory, more "
-                            "than {:g} GiB; {:.2g} fits",
-                            voxelSize, gib, options.maxMemoryGiB,
-                            1.05 * voxelSize * std::cbrt(gib / options.maxMemoryGiB)),
-                {}, Remedy::VoxelSize);
-  }
-  return lattice;
-}
-
-/// Writes the fields that are asked for.
+/// Writes the fields that are asked for, or the part of them.
 Result<std::vector<WrittenField>> writeFields(const EnvelopeArguments& options,
                                               const verbs::Input& input,
                                               const model::TimeSpan& span,
                                               measure::SpaceLattice lattice) {
-  const double voxelSize = lattice.spacing;
-  measure::VisitFieldBuilder builder(std::move(lattice));
-  {
+  FieldWork work = {.lattice = std::move(lattice), .part = options.part.chosen()};
+  if (options.part.isGiven()) work.run = runOf(input, span);
+  work.put = [&](model::Sink& fields) -> Result<void> {
     ProgressBar bar("counting visits", verbs::slabCountOf(input.bodies), "slabs");
     for (const model::Body& body : input.bodies) {
-      auto put = putPart(body, options.window, span, builder, bar.part(body.source->slabCount()));
-      if (!put) return pass(put.error());
+      auto put = putPart(body, options.window, span, fields, bar.part(body.source->slabCount()));
+      if (!put) return put;
     }
-  }
-  const measure::VisitFields fields = builder.finish();
-  const ProgressBar bar("writing fields");
-  std::vector<WrittenField> written;
-  for (std::size_t i = 0; i < kFields.size(); ++i) {
-    if (options.fields[i].empty()) continue;
-    voxel4d::PointField field;
-    field.name = kFields[i].name;
-    field.whole = kFields[i].whole;
-    field.lattice.voxelSize = voxelSize;
-    for (int axis = 0; axis < 3; ++axis) {
-      field.lattice.origin[axis] = fields.lattice.at[axis].front();
-      field.counts[axis] = static_cast<std::uint32_t>(fields.lattice.at[axis].size());
-    }
-    field.value = [&](const std::array<std::uint32_t, 3>& at, double& value) {
-      const std::size_t row = fields.rowOf(at);
-      value = kFields[i].valueAt(fields, row);
-      return fields.visits[row] > 0;
-    };
-    const auto bytes = voxel4d::writePointField(options.fields[i], field);
-    if (!bytes) return pass(bytes.error());
-    written.push_back({kFields[i].name, options.fields[i], *bytes});
-  }
-  return written;
+    return {};
+  };
+  return writeFields(options.fields, work);
 }
 
 std::vector<std::string> outputsOf(const EnvelopeArguments& options) {
   std::vector<std::string> outputs = {options.html};
   if (!isPerBody(options.output)) outputs.push_back(options.output);
-  outputs.insert(outputs.end(), options.fields.begin(), options.fields.end());
+  outputs.insert(outputs.end(), options.fields.files.begin(), options.fields.files.end());
   std::erase(outputs, "");
   return outputs;
+}
+
+/// Why a part of the fields cannot be made with the options.
+std::optional<std::string> misuseOfPart(const EnvelopeArguments& options) {
+  if (!options.part.isAsked()) return std::nullopt;
+  if (!options.output.empty() || !options.html.empty() || options.each || options.exact ||
+      options.outside || options.center) {
+    return "--part divides the fields alone, without -o, --html, --each, --exact, --outside, "
+           "--inflate, --simplify and --center: the surface is that of the whole motion";
+  }
+  if (options.part.isGiven() && !options.fields.any()) {
+    return "--part divides the fields: give --visits, --dwell, --first or --last";
+  }
+  return std::nullopt;
 }
 
 /// Why the options cannot be.
@@ -262,7 +230,7 @@ std::optional<std::string> misuseOf(const EnvelopeArguments& options) {
     return "-o: a file per body, by {body}, needs --each";
   }
   if (auto misuse = misuseOfPerBody(options.output)) return misuse;
-  if (options.each && wantsFields(options)) {
+  if (options.each && options.fields.any()) {
     return "--each: fields are of all bodies together; choose one by --body";
   }
   if (options.outside && options.exact) {
@@ -270,6 +238,7 @@ std::optional<std::string> misuseOf(const EnvelopeArguments& options) {
            "is "
            "made on a lattice, not with --exact";
   }
+  if (auto misuse = misuseOfPart(options)) return misuse;
   return options.window.misuse();
 }
 
@@ -437,12 +406,107 @@ Result<void> writePage(const EnvelopeArguments& options, const std::vector<Passe
   return file->commit();
 }
 
+void warnOfHypervolume(const Silhouette& silhouette, const model::TimeSpan& span) {
+  const double error = std::abs(silhouette.hypervolume - silhouette.hypervolumeByFlux);
+  // Coordinates are rounded, however small the solid is.
+  constexpr double kMost = 1e-9;
+  constexpr double kRounding = 1e-14;
+  const double most = kMost * std::abs(silhouette.hypervolumeByFlux) +
+                      kRounding * silhouette.visitsVolume * (span.end - span.begin);
+  if (error <= most) return;
+  printNotices(
+      {fmt::format("the hypervolume is {} as the integral of dwell, but {} as a flux; "
+                   "t4d validate --deep may say why",
+                   silhouette.hypervolume, silhouette.hypervolumeByFlux)});
+}
+
+/// Adds to a report the fields and what every report has.
+void addFields(ordered_json& report, const std::vector<WrittenField>& fields,
+               const model::TimeSpan& span, double seconds) {
+  report["fields"] = ordered_json::array();
+  for (const auto& [name, file, bytes] : fields) {
+    report["fields"].push_back({{"name", name}, {"file", file}, {"bytes", bytes}});
+  }
+  report["time_begin"] = span.begin;
+  report["time_end"] = span.end;
+  report["seconds"] = seconds;
+  report["peak_bytes"] = peakBytes();
+}
+
+void printFields(const std::vector<WrittenField>& fields, double seconds) {
+  for (const auto& [name, file, bytes] : fields) {
+    print("  {}: {}, {}\n", file, name, sizeText(bytes));
+  }
+  print("  {:.2f} s, peak memory {}\n", seconds, sizeText(peakBytes()));
+}
+
+/// The report on a part of the fields: what is of the surface is null.
+ordered_json jsonOfPart(const EnvelopeArguments& options, const Passed& passed, double voxelSize) {
+  ordered_json value = jsonOf(options, {passed});
+  for (const char* name : {"vertices", "triangles", "closed", "self_intersections", "components",
+                           "cavities", "genus", "volume", "error_bound"}) {
+    value[name] = nullptr;
+  }
+  value["voxel_size"] = voxelSize;
+  value["bodies"] = ordered_json::array();
+  return value;
+}
+
+using Clock = std::chrono::steady_clock;
+
+double secondsSince(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+void printPart(const EnvelopeArguments& options, double voxelSize) {
+  const model::Part part = options.part.chosen();
+  print("part {} of {} of the fields; voxel size {:g}{}\n", part.number, part.count, voxelSize,
+        options.voxelSize ? "" : " (by the size of the solid)");
+}
+
+/// The lattice of the fields, the same as that of the envelope.
+Result<measure::SpaceLattice> fieldLattice(const EnvelopeArguments& options,
+                                           const std::vector<Passed>& all,
+                                           const edit::EnvelopeOptions& how) {
+  const double voxelSize =
+      options.voxelSize.value_or(edit::defaultVoxelSize(all.front().silhouette, how));
+  return measure::SpaceLattice::about(boundsOf(all), voxelSize);
+}
+
+/// Makes a part of the fields, without the surface.
+int makePart(const EnvelopeArguments& options, const verbs::Input& input,
+             const model::TimeSpan& span, const std::vector<Passed>& all, Clock::time_point begin) {
+  if (boundsOf(all).empty()) {
+    return report(invalid("passes through nothing, so there are no fields", input.name).value());
+  }
+  auto lattice = fieldLattice(options, all, {.maxBytes = options.maxMemoryGiB * 0x1p30});
+  if (!lattice) return report(inInput(lattice.error(), input));
+  const std::uint64_t most = voxel4d::mostFieldParts(lattice->at[0].size());
+  if (const auto done = options.part.settle(most, "blocks of 8 planes along x")) return *done;
+  const auto fits = checkFieldMemory(*lattice, options.part.chosen(), options.maxMemoryGiB);
+  if (!fits) return report(inInput(fits.error(), input));
+  const double voxelSize = lattice->spacing;
+  warnOfHypervolume(all.front().silhouette, span);
+  const auto fields = writeFields(options, input, span, std::move(*lattice));
+  if (!fields) return report(inInput(fields.error(), input));
+  if (options.json) {
+    ordered_json value = jsonOfPart(options, all.front(), voxelSize);
+    addFields(value, *fields, span, secondsSince(begin));
+    value["part"] = options.part.json(identityOf(input));
+    printJson(value);
+  } else {
+    printPart(options, voxelSize);
+    printFields(*fields, secondsSince(begin));
+  }
+  return kDone;
+}
+
 int run(const EnvelopeArguments& options) {
   if (const auto misuse = misuseOf(options)) return wrongUsage(*misuse);
   if (auto writable = checkWritable(outputsOf(options)); !writable) {
     return report(writable.error());
   }
-  const auto begin = std::chrono::steady_clock::now();
+  const auto begin = Clock::now();
   auto input = verbs::openInput(options.input, options.only);
   if (!input) return report(input.error());
   const auto span = options.window.spanIn(*input);
@@ -452,6 +516,7 @@ int run(const EnvelopeArguments& options) {
   printNotices(notices);
   auto all = silhouettesOf(options, *input, *span);
   if (!all) return report(all.error());
+  if (options.part.isAsked()) return makePart(options, *input, *span, *all, begin);
   if (auto chosen = chooseFiles(options, *all); !chosen) return report(chosen.error());
 
   const model::Bounds3 bounds = boundsOf(*all);
@@ -463,11 +528,11 @@ int run(const EnvelopeArguments& options) {
   if (isSinglePrecision(options.output)) how.singlePrecisionAbout = center;
   std::vector<std::string> losses;
   std::optional<measure::SpaceLattice> lattice;
-  if (wantsFields(options) && !bounds.empty()) {
-    const double voxelSize =
-        options.voxelSize.value_or(edit::defaultVoxelSize(all->front().silhouette, how));
-    auto made = fieldLattice(options, bounds, voxelSize);
+  if (options.fields.any() && !bounds.empty()) {
+    auto made = fieldLattice(options, *all, how);
     if (!made) return report(inInput(made.error(), *input));
+    const auto fits = checkFieldMemory(*made, {}, options.maxMemoryGiB);
+    if (!fits) return report(inInput(fits.error(), *input));
     lattice = std::move(*made);
   }
   for (Passed& one : *all) {
@@ -502,18 +567,7 @@ int run(const EnvelopeArguments& options) {
     for (const std::string& loss : own) {
       losses.push_back(all->size() > 1 ? fmt::format("{}: {}", one.name, loss) : loss);
     }
-    const double error = std::abs(one.silhouette.hypervolume - one.silhouette.hypervolumeByFlux);
-    // Coordinates are rounded, however small the solid is.
-    constexpr double kMost = 1e-9;
-    constexpr double kRounding = 1e-14;
-    const double most = kMost * std::abs(one.silhouette.hypervolumeByFlux) +
-                        kRounding * one.silhouette.visitsVolume * (span->end - span->begin);
-    if (!(error <= most)) {
-      printNotices(
-          {fmt::format("the hypervolume is {} as the integral of dwell, but {} as a flux; "
-                       "t4d validate --deep may say why",
-                       one.silhouette.hypervolume, one.silhouette.hypervolumeByFlux)});
-    }
+    warnOfHypervolume(one.silhouette, *span);
   }
   if (!options.output.empty()) {
     auto written = write(options, *all, center, input->metadata);
@@ -531,8 +585,7 @@ int run(const EnvelopeArguments& options) {
       return report(inInput(written.error(), *input));
     }
   }
-  const double seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const double seconds = secondsSince(begin);
   if (options.json) {
     ordered_json value = jsonOf(options, *all);
     value["bodies"] = ordered_json::array();
@@ -542,21 +595,11 @@ int run(const EnvelopeArguments& options) {
       body.update(jsonOf(options, {one}));
       value["bodies"].push_back(std::move(body));
     }
-    value["fields"] = ordered_json::array();
-    for (const auto& [name, file, bytes] : fields) {
-      value["fields"].push_back({{"name", name}, {"file", file}, {"bytes", bytes}});
-    }
-    value["time_begin"] = span->begin;
-    value["time_end"] = span->end;
-    value["seconds"] = seconds;
-    value["peak_bytes"] = peakBytes();
+    addFields(value, fields, *span, seconds);
     printJson(value);
   } else {
     printText(options, *all);
-    for (const auto& [name, file, bytes] : fields) {
-      print("  {}: {}, {}\n", file, name, sizeText(bytes));
-    }
-    print("  {:.2f} s, peak memory {}\n", seconds, sizeText(peakBytes()));
+    printFields(fields, seconds);
   }
   return reportLosses(losses, options.center);
 }
@@ -593,13 +636,7 @@ void addEnvelope(CLI::App& app, int& exitCode) {
       ->check(CLI::Range(std::uint64_t{4}, std::uint64_t{1'000'000'000}));
   command->add_flag("--outside", options->outside,
                     "Make a slightly larger envelope that contains the whole motion");
-  for (std::size_t i = 0; i < kFields.size(); ++i) {
-    command
-        ->add_option(fmt::format("--{}", kFields[i].name), options->fields[i],
-                     fmt::format("Output file (.vdb): {}", kFields[i].help))
-        ->type_name("FILE")
-        ->check(vdbFile());
-  }
+  options->fields.addTo(*command);
   options->window.addTo(*command);
   options->only.addTo(*command);
   command->add_flag("--each", options->each,
@@ -613,9 +650,8 @@ void addEnvelope(CLI::App& app, int& exitCode) {
       ->type_name("FILE")
       ->check(someName());
   addCenterOption(*command, options->center);
-  addNoPartOption(*command,
-                  "an envelope cannot be divided, because its surface is that of the whole motion; "
-                  "--from and --to make that of a window of time");
+  options->part.addTo(*command,
+                      "Make only part K of N of the fields, by x; `t4d join` joins the files");
   command->add_flag("--json", options->json, "Print JSON");
   command->footer("Example:\n  t4d envelope bolt.t4d -o clearance.glb");
   command->callback([=, &exitCode] {

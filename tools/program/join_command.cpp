@@ -13,6 +13,7 @@
 #include "t4d/formats/t4d/join.h"
 #include "t4d/formats/t4d/shared_join.h"
 #include "t4d/verbs/join_reports.h"
+#include "t4d/voxel4d/point_field_parts.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/option_checks.h"
@@ -33,6 +34,8 @@ struct JoinArguments {
 };
 
 bool isJson(const std::string& path) { return formats::lowerCaseExtension(path) == ".json"; }
+
+bool isVdb(const std::string& path) { return formats::lowerCaseExtension(path) == ".vdb"; }
 
 /// The manifests of parts of a series of frames have the name of the whole one in them.
 bool isFrameManifest(const std::string& path) {
@@ -70,6 +73,27 @@ int joinReports(const JoinArguments& options) {
           counted(options.parts.size(), "part"));
   }
   return joined->valid ? kDone : kInvalid;
+}
+
+int joinFields(const JoinArguments& options) {
+  if (!std::ranges::all_of(options.parts, isVdb)) {
+    return wrongUsage("parts of a field (.vdb) are not joined with other files");
+  }
+  if (options.manifest) return wrongUsage("--manifest names meshes (.t4d), not fields (.vdb)");
+  if (!isVdb(options.output)) return wrongUsage("-o: name the field (.vdb) of all parts");
+  const std::vector<std::filesystem::path> parts(options.parts.begin(), options.parts.end());
+  const auto joined = voxel4d::joinPointFields(parts, options.output);
+  if (!joined) return report(joined.error());
+  if (options.json) {
+    printJson({{"parts", parts.size()},
+               {"field", joined->name},
+               {"active", joined->activePoints},
+               {"bytes", joined->bytes}});
+  } else {
+    print("{}: {} of {} at {}, {}\n", options.output, joined->name, counted(parts.size(), "part"),
+          counted(joined->activePoints, "point"), sizeText(joined->bytes));
+  }
+  return kDone;
 }
 
 /// The error message if the name of the output is not that of what is made of meshes.
@@ -172,6 +196,7 @@ std::optional<std::string> misuseOfSteps(const JoinArguments& options) {
 int run(const JoinArguments& options) {
   if (const auto misuse = misuseOfSteps(options)) return wrongUsage(*misuse);
   if (const auto misuse = misuseOfOutput(options.output, options.parts)) return wrongUsage(*misuse);
+  if (std::ranges::any_of(options.parts, isVdb)) return joinFields(options);
   if (std::ranges::any_of(options.parts, isJson)) {
     if (!std::ranges::all_of(options.parts, isJson)) {
       return wrongUsage("reports (.json) and meshes (.t4d) are not joined with each other");
@@ -202,15 +227,15 @@ int run(const JoinArguments& options) {
 
 void addJoin(CLI::App& app, int& exitCode) {
   auto* command = app.add_subcommand(
-      "join", "Join consecutive .t4d files without decoding them, or reports on parts");
+      "join", "Join consecutive .t4d files without decoding them, or reports or fields of parts");
   command->alias("concat");
   auto options = std::make_shared<JoinArguments>();
   command->add_option("PART", options->parts,
                       "Input files: .t4d, .t4dm or URLs, in the order of their times, or reports "
-                      "(.json) of parts");
+                      "(.json) or fields (.vdb) of parts");
   command
       ->add_option("-o,--output", options->output,
-                   "Output file (.t4d, or .t4dm with --manifest, required; of reports .json, "
+                   "Output file (.t4d, .vdb, or .t4dm with --manifest, required; of reports .json, "
                    "default: standard output)")
       ->check(someName());
   command->add_flag("--manifest", options->manifest,

@@ -69,6 +69,11 @@ namespace fs = std::filesystem;
   return functionsOf<OpenVdbFunctions>().writePointField(path, field);
 }
 
+[[gnu::visibility("hidden")]] Result<JoinedField> joinPointFields(std::span<const fs::path> parts,
+                                                                  const fs::path& path) {
+  return functionsOf<OpenVdbFunctions>().joinPointFields(parts, path);
+}
+
 #ifdef T4D_WITH_GDCM
 [[gnu::visibility("hidden")]] Result<std::string> unpackDicomImage(const DicomPacked& image) {
   return functionsOf<DicomFunctions>().unpackDicomImage(image);

@@ -4,6 +4,7 @@
 #include "t4d/formats/t4d/http_source.h"
 #include "t4d/voxel4d/advected_frames.h"
 #include "t4d/voxel4d/point_field.h"
+#include "t4d/voxel4d/point_field_parts.h"
 #include "t4d/voxel4d/vdb_frames.h"
 #include "t4d/voxel4d/volumes/dicom_codec.h"
 #include "t4d/voxel4d/voxelize.h"
@@ -24,6 +25,7 @@ struct OpenVdbFunctions {
   decltype(&t4d::voxel4d::voxelFrames) voxelFrames;
   decltype(&t4d::voxel4d::writeVoxelFrames) writeVoxelFrames;
   decltype(&t4d::voxel4d::writePointField) writePointField;
+  decltype(&t4d::voxel4d::joinPointFields) joinPointFields;
 };
 
 struct WebFunctions {

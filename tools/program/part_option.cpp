@@ -17,8 +17,9 @@ using nlohmann::ordered_json;
 
 /// Options that may differ from part to part of the same run.
 bool mayDiffer(const std::string& name) {
-  constexpr std::array kNames = {"--help",   "--part",  "--most-parts", "--json",
-                                 "--output", "--quiet", "--threads",    "--max-cells"};
+  constexpr std::array kNames = {"--help",   "--part",   "--most-parts", "--json",
+                                 "--output", "--visits", "--dwell",      "--first",
+                                 "--last",   "--quiet",  "--threads",    "--max-cells"};
   return std::ranges::find(kNames, name) != kNames.end();
 }
 

@@ -2339,6 +2339,88 @@ TEST_F(Program, EnvelopeWritesFieldsThatWeaveReads) {
   EXPECT_NEAR(slice["volume"].get<double>(), 20 * 20 * 64, 0.1 * 20 * 20 * 64);
 }
 
+TEST_F(Program, PartsOfTheFieldsOfAnEnvelopeJoinToTheWhole) {
+  ASSERT_EQ(run("sweep fx/cube.obj -m fx/paper-screw.json -o turning.t4d").exitCode, 0);
+  const std::vector<std::string> names = {"visits", "dwell", "first", "last"};
+  const auto options = [&](const std::string& suffix) {
+    std::string text;
+    for (const std::string& name : names) text += fmt::format(" --{0} {0}{1}.vdb", name, suffix);
+    return text;
+  };
+  for (const std::string size : {"--voxel-size 1", ""}) {
+    const std::string envelope = "envelope turning.t4d --json " + size;
+    const json whole = run(envelope + options("")).value();
+    const int most = run(envelope + " --most-parts").value()["parts"];
+    for (const int count : {1, 3, most}) {
+      std::map<std::string, std::string> parts;
+      for (int k = count; k >= 1; --k) {
+        const std::string suffix = fmt::format("-{}", k);
+        const json part =
+            run(fmt::format("{}{} --part {}/{}", envelope, options(suffix), k, count)).value();
+        EXPECT_EQ(part["part"]["number"], k);
+        EXPECT_EQ(part["fields"].size(), 4U);
+        EXPECT_TRUE(part["volume"].is_null());
+        for (const char* same : {"voxel_size", "hypervolume", "silhouette_triangles"}) {
+          EXPECT_EQ(part[same], whole[same]) << same;
+        }
+        for (const std::string& name : names) parts[name] += " " + name + suffix + ".vdb";
+      }
+      for (const std::string& name : names) {
+        const json joined = run("join --json -o joined.vdb" + parts[name]).value();
+        EXPECT_EQ(joined["parts"], count);
+        EXPECT_EQ(joined["field"], name);
+        EXPECT_EQ(joined["bytes"], fs::file_size(folder_ / "joined.vdb"));
+        EXPECT_EQ(contents(folder_ / "joined.vdb"), contents(folder_ / (name + ".vdb")))
+            << name << " in " << count << " parts";
+      }
+    }
+  }
+}
+
+TEST_F(Program, PartsOfTheFieldsOfAnEnvelopeAreRefusedWhereTheyCannotBe) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  const std::string envelope = "envelope cube.t4d --voxel-size 2 --part ";
+  EXPECT_EQ(run("envelope cube.t4d --voxel-size 2 --most-parts").value(), json({{"parts", 2}}));
+  const std::string surface = "the surface is that of the whole motion";
+  for (const char* option : {"-o no.ply", "--html no.html", "--exact", "--outside", "--center",
+                             "--inflate 1", "--simplify 9"}) {
+    misused("envelope cube.t4d --visits no.vdb --part 1/2 " + std::string(option), surface);
+  }
+  misused(envelope + "1/2", "give --visits, --dwell, --first or --last");
+  misused(envelope + "1/3 --visits no.vdb",
+          "--part: there are 2 blocks of 8 planes along x, too few for 3 parts");
+  // A part needs its share of the memory.
+  const std::string fine = "envelope cube.t4d --voxel-size 0.5 --max-memory 0.005 --dwell ";
+  refuses(fine + "no.vdb", "0.61 fits, and so may parts of them (--part)");
+  EXPECT_EQ(run(fine + "fine.vdb --part 3/6").exitCode, 0);
+
+  for (const char* part : {"1/2", "2/2"}) {
+    const std::string name = fmt::format("-{}.vdb", part[0]);
+    ASSERT_EQ(run(envelope + part + " --visits v" + name + " --dwell d" + name).exitCode, 0);
+  }
+  ASSERT_EQ(run("envelope cube.t4d --voxel-size 2 --visits v.vdb").exitCode, 0);
+  refuses("join v-2.vdb -o no.vdb", "v-2.vdb: part 1 of 2 is missing");
+  refuses("join v-1.vdb v-2.vdb v-1.vdb -o no.vdb", "part 1 of 2 is given twice, also as v-1.vdb");
+  refuses("join v-1.vdb d-2.vdb -o no.vdb",
+          "d-2.vdb: is of another run: its field is dwell, and that of v-1.vdb is visits");
+  refuses("join v-1.vdb v.vdb -o no.vdb", "v.vdb: is not a part of a field");
+  ASSERT_EQ(run(std::string(kPaper) + " --steps 3").exitCode, 0);
+  ASSERT_EQ(run(envelope + "2/2 --visits other.vdb").exitCode, 0);
+  refuses("join v-1.vdb other.vdb -o no.vdb", "other.vdb: is of another run: its input's ");
+  write("cut.vdb", contents(folder_ / "v-2.vdb").substr(0, 900));
+  refuses("join v-1.vdb cut.vdb -o no.vdb", "cut.vdb: is cut off");
+  std::string flipped = contents(folder_ / "v-2.vdb");
+  flipped[flipped.size() - 9] ^= 1;
+  write("flipped.vdb", flipped);
+  refuses("join v-1.vdb flipped.vdb -o no.vdb", "flipped.vdb: is damaged, or was changed");
+  misused("join v-1.vdb v-2.vdb", "name the field (.vdb) of all parts");
+  misused("join v-1.vdb v-2.vdb -o no.t4d", "name the field (.vdb) of all parts");
+  misused("join v-1.vdb cube.t4d -o no.vdb", "not joined with other files");
+  misused("join v-1.vdb v-2.vdb --manifest -o no.t4dm", "not fields (.vdb)");
+  misused("join v-1.vdb v-2.vdb -o v-1.vdb", "is the input itself");
+  EXPECT_FALSE(fs::exists(folder_ / "no.vdb"));
+}
+
 TEST_F(Program, EnvelopeOfSeveralBodiesIsOfAllOrOfEach) {
   ASSERT_EQ(run("sweep fx/two-boxes.obj -m fx/paper-translation.json -o boxes.t4d").exitCode, 0);
   const json two = run("envelope boxes.t4d --voxel-size 1 --json").value();

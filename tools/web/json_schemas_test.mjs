@@ -31,12 +31,12 @@ const isOptional = (verb, where, key) => optional.includes(key) ||
   (verb === 'sweep' && ['chord_bound', 'half_turns'].includes(key)) ||
   // Of a part; mill has none.
   (verb !== 'mill' && key === 'part') ||
-  // Of files, or of manifests of frames.
-  (verb === 'join' && ['frames', 'slabs', 'vertices', 'tetrahedra', 'bytes', 'copied'].includes(key)) ||
+  // Of files, of fields, or of manifests of frames.
+  (verb === 'join' && ['frames', 'slabs', 'vertices', 'tetrahedra', 'field', 'active', 'bytes', 'copied'].includes(key)) ||
   // Of an animated glTF.
   (verb === 'sweep' && (['bodies', 'tolerance'].includes(key) || (key === 'body' && where.includes('first')))) ||
   (isComparedMesh(verb, where) && optionalOfMeshes.includes(key));
-const free = ['details'];
+const free = ['details', 'part'];
 
 /** The verbs that help lists below `words`, each as a list of words. */
 function verbsBelow(words) {
@@ -160,6 +160,10 @@ const runs = [
   ['envelope', [at('filtered.t4d'), '--voxel-size', 1, '-o', at('envelope.glb')], 0],
   ['envelope', [at('filtered.t4d'), '--voxel-size', 2, '--each'], 0],
   ['envelope', [at('filtered.t4d'), '--voxel-size', 2, '--dwell', at('dwell.vdb')], 0],
+  ['envelope', [at('filtered.t4d'), '--voxel-size', 2, '--dwell', at('dwell-1.vdb'), '--part', '1/2'], 0],
+  ['envelope', [at('filtered.t4d'), '--voxel-size', 2, '--dwell', at('dwell-2.vdb'), '--part', '2/2'], 0],
+  ['join', [at('dwell-1.vdb'), at('dwell-2.vdb'), '-o', at('joined.vdb')], 0],
+  ['join', [at('dwell-2.vdb'), '-o', at('none.vdb')], 4],
   ['view', [at('filtered.t4d'), '-o', at('filtered.html')], 0],
   ['quality', [at('filtered.t4d')], 0],
   ['quality', [at('filtered.t4d'), '--worst', 0, '-o', at('shaped.t4d')], 0],

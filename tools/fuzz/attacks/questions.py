@@ -1,7 +1,9 @@
 """Questions to which the answer is known: a closed form, or the answer at another scale."""
 
+import hashlib
 import json
 import math
+import uuid
 from fractions import Fraction
 
 from .attack import BASE_SECONDS, Run, input_class
@@ -187,6 +189,63 @@ def parts_of_files(attack):
         return [] if level in ("bytes", "mesh") else [f"joined, it differs by {level}"]
 
     return Run(["join", *parts, "-o", out], parts, out, must_fail=fault != "none", check=check)
+
+
+def with_own_uuid(path):
+    """Gives a .vdb the UUID of its bytes, as t4d does, whatever they are."""
+    data = bytearray(path.read_bytes())
+    if len(data) >= 57:
+        data[21:57] = b"0" * 36
+        name = hashlib.sha1(uuid.NAMESPACE_OID.bytes + data).digest()[:16]
+        data[21:57] = str(uuid.UUID(bytes=name, version=5)).encode()
+    path.write_bytes(data)
+
+
+@input_class(weight=2)
+def parts_of_fields(attack):
+    """fields of an envelope in parts, one of them missing, twice, of another run, altered, or altered
+    behind a UUID that is right: good ones join to the bytes of the whole, others are refused"""
+    rng = attack.rng
+    field = rng.choice(["--visits", "--dwell", "--first", "--last"])
+
+    def make(name, *options, size=2.5):
+        path = attack.path(name)
+        attack.t4d("envelope", attack.seeds["t4d"][0], "--voxel-size", size, field, path, *options)
+        return path
+
+    most = attack.t4d("envelope", attack.seeds["t4d"][0], "--voxel-size", 2.5, "--most-parts").json
+    count = rng.randrange(1, 1 + min(4, most["parts"]))
+    parts = [make(f"{k}.vdb", "--part", f"{k}/{count}") for k in range(1, count + 1)]
+    at = rng.randrange(count)
+    fault = rng.choice(["none", "missing", "twice", "run", "whole", "altered", "sealed", "sealed"])
+    if fault == "missing" and count > 1:
+        del parts[at]
+    elif fault == "twice":
+        parts.append(parts[at])
+    elif fault == "run":
+        parts.append(make("other.vdb", "--part", f"{at + 1}/{count}", size=2.4))
+    elif fault == "whole":
+        parts[at] = make("other.vdb")
+    elif fault in ("altered", "sealed"):
+        parts[at], different = attack.altered(parts[at], "altered.vdb")
+        fault = fault if different else "none"
+    else:
+        fault = "none"
+    if fault == "sealed":
+        with_own_uuid(parts[at])
+    rng.shuffle(parts)
+    out = attack.path("out.vdb")
+
+    def check(result):
+        if fault != "none":
+            return []
+        if not result.succeeded:
+            return [f"parts do not join: {result.err}"]
+        same = out.read_bytes() == make("whole.vdb").read_bytes()
+        return [] if same else ["joined, it differs from the whole"]
+
+    return Run(["join", *parts, "-o", out], parts, out,
+               expect=None if fault in ("none", "sealed") else {4}, check=check)
 
 
 @input_class(weight=1)
