@@ -79,7 +79,6 @@ int joinFields(const JoinArguments& options) {
   if (!std::ranges::all_of(options.parts, isVdb)) {
     return wrongUsage("parts of a field (.vdb) are not joined with other files");
   }
-  if (options.manifest) return wrongUsage("--manifest names meshes (.t4d), not fields (.vdb)");
   if (!isVdb(options.output)) return wrongUsage("-o: name the field (.vdb) of all parts");
   const std::vector<std::filesystem::path> parts(options.parts.begin(), options.parts.end());
   const auto joined = voxel4d::joinPointFields(parts, options.output);
@@ -196,13 +195,15 @@ std::optional<std::string> misuseOfSteps(const JoinArguments& options) {
 int run(const JoinArguments& options) {
   if (const auto misuse = misuseOfSteps(options)) return wrongUsage(*misuse);
   if (const auto misuse = misuseOfOutput(options.output, options.parts)) return wrongUsage(*misuse);
+  const bool isMesh =
+      !std::ranges::any_of(options.parts, isVdb) && !std::ranges::any_of(options.parts, isJson);
+  if (!isMesh && (options.manifest || options.plan)) {
+    return wrongUsage("--manifest and --plan are for meshes (.t4d)");
+  }
   if (std::ranges::any_of(options.parts, isVdb)) return joinFields(options);
   if (std::ranges::any_of(options.parts, isJson)) {
     if (!std::ranges::all_of(options.parts, isJson)) {
       return wrongUsage("reports (.json) and meshes (.t4d) are not joined with each other");
-    }
-    if (options.manifest || options.plan) {
-      return wrongUsage("--manifest and --plan are for meshes (.t4d), not for reports");
     }
     return std::ranges::any_of(options.parts, isFrameManifest) ? joinFrameManifests(options)
                                                                : joinReports(options);
