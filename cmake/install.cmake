@@ -16,7 +16,7 @@ install(FILES ${T4D_EXPECTED_DIR}/tl/expected.hpp
 
 set(T4D_SCHEMA_DIR ${CMAKE_INSTALL_DATADIR}/t4d/schemas)
 install(DIRECTORY docs/schemas/ DESTINATION ${T4D_SCHEMA_DIR} FILES_MATCHING PATTERN *.schema.json)
-install(FILES t4d/formats/motion.schema.json t4d/formats/mechanism.schema.json
+install(FILES t4d/formats/motion/motion.schema.json t4d/formats/motion/mechanism.schema.json
   t4d/convert/frames_manifest.schema.json
   t4d/formats/t4d/head.schema.json
   t4d/formats/t4d/manifest.schema.json
@@ -27,7 +27,7 @@ install(FILES t4d/formats/motion.schema.json t4d/formats/mechanism.schema.json
 install(FILES LICENSE NOTICE README.md CHANGELOG.md CONTRIBUTING.md
   DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY docs examples DESTINATION ${CMAKE_INSTALL_DOCDIR})
-install(FILES t4d/formats/motion.schema.json t4d/formats/mechanism.schema.json
+install(FILES t4d/formats/motion/motion.schema.json t4d/formats/motion/mechanism.schema.json
   DESTINATION ${CMAKE_INSTALL_DOCDIR}/t4d/formats)
 install(FILES tools/fuzz/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR}/tools/fuzz)
 install(FILES t4d/conformance/backends/backend.h

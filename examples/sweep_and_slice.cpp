@@ -1,6 +1,6 @@
-#include <t4d/formats/motion_reader.h>
-#include <t4d/formats/triangle_mesh_reader.h>
-#include <t4d/formats/triangle_mesh_writer.h>
+#include <t4d/formats/motion/motion_reader.h>
+#include <t4d/formats/triangle/triangle_mesh_reader.h>
+#include <t4d/formats/triangle/triangle_mesh_writer.h>
 #include <t4d/mesh4d/sweep.h>
 #include <t4d/slice/slice.h>
 

@@ -46,19 +46,19 @@
 #endif
 
 // Files.
-#if __has_include("t4d/formats/cutter_location_reader.h")
-#include "t4d/formats/cutter_location_reader.h"
-#include "t4d/formats/deformation_reader.h"
-#include "t4d/formats/gcode_reader.h"
-#include "t4d/formats/gltf_animation.h"
+#if __has_include("t4d/formats/toolpath/cutter_location_reader.h")
+#include "t4d/formats/animation/deformation_reader.h"
+#include "t4d/formats/gltf/gltf_animation.h"
 #include "t4d/formats/mesh4d/mesh4d_formats.h"
-#include "t4d/formats/motion_reader.h"
+#include "t4d/formats/motion/motion_reader.h"
 #include "t4d/formats/t4d/join.h"
 #include "t4d/formats/t4d/reader.h"
 #include "t4d/formats/t4d/stream.h"
 #include "t4d/formats/t4d/writer.h"
-#include "t4d/formats/triangle_mesh_formats.h"
-#include "t4d/formats/usd_animation.h"
+#include "t4d/formats/toolpath/cutter_location_reader.h"
+#include "t4d/formats/toolpath/gcode_reader.h"
+#include "t4d/formats/triangle/triangle_mesh_formats.h"
+#include "t4d/formats/usd/usd_animation.h"
 #endif
 
 // Checks and questions.

@@ -7,8 +7,8 @@
 
 #include "t4d/fixtures/motions.h"
 #include "t4d/fixtures/solids.h"
-#include "t4d/formats/motion_reader.h"
-#include "t4d/formats/triangle_mesh_reader.h"
+#include "t4d/formats/motion/motion_reader.h"
+#include "t4d/formats/triangle/triangle_mesh_reader.h"
 #include "t4d/measure/mesh_check.h"
 #include "t4d/measure/triangle_tree.h"
 #include "t4d/mesh4d/sweep.h"

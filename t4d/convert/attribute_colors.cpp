@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "t4d/formats/written_mesh.h"
+#include "t4d/formats/triangle/written_mesh.h"
 
 namespace t4d::convert {
 namespace {

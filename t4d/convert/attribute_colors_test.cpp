@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "t4d/fixtures/solids.h"
-#include "t4d/formats/written_mesh.h"
+#include "t4d/formats/triangle/written_mesh.h"
 #include "t4d/mesh4d/sweep.h"
 
 namespace t4d::convert {

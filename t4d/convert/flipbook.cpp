@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "t4d/formats/usd_writer.h"
+#include "t4d/formats/usd/usd_writer.h"
 
 namespace t4d::convert {
 namespace {

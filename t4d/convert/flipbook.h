@@ -4,7 +4,7 @@
 #include <span>
 
 #include "t4d/convert/frame_slices.h"
-#include "t4d/formats/gltf_writer.h"
+#include "t4d/formats/gltf/gltf_writer.h"
 #include "t4d/model/body.h"
 
 namespace t4d::convert {

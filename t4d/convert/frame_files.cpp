@@ -11,9 +11,9 @@
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/input_file.h"
 #include "t4d/formats/output_folder.h"
-#include "t4d/formats/triangle_mesh_formats.h"
-#include "t4d/formats/usd_writer.h"
-#include "t4d/formats/xml_text.h"
+#include "t4d/formats/text/xml_text.h"
+#include "t4d/formats/triangle/triangle_mesh_formats.h"
+#include "t4d/formats/usd/usd_writer.h"
 #include "t4d/system/cleanup.h"
 #include "t4d/system/replaceable.h"
 

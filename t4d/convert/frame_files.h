@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "t4d/convert/frame_slices.h"
-#include "t4d/formats/triangle_mesh_writer.h"
+#include "t4d/formats/triangle/triangle_mesh_writer.h"
 #include "t4d/model/body.h"
 #include "t4d/model/part.h"
 

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/fixtures/solids.h"
-#include "t4d/formats/triangle_mesh_reader.h"
+#include "t4d/formats/triangle/triangle_mesh_reader.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/system/temporary_folder.h"
 

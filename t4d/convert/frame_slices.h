@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "t4d/formats/triangle_mesh_writer.h"
+#include "t4d/formats/triangle/triangle_mesh_writer.h"
 #include "t4d/model/body.h"
 #include "t4d/slice/light_slice.h"
 

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "t4d/fixtures/solids.h"
-#include "t4d/formats/gltf_animation.h"
+#include "t4d/formats/gltf/gltf_animation.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/system/temporary_folder.h"
 

@@ -8,8 +8,8 @@
 
 #include "t4d/convert/prism_steps.h"
 #include "t4d/convert/shown_times.h"
-#include "t4d/formats/gltf_rigid_writer.h"
-#include "t4d/formats/usd_writer.h"
+#include "t4d/formats/gltf/gltf_rigid_writer.h"
+#include "t4d/formats/usd/usd_writer.h"
 
 namespace t4d::convert {
 namespace {

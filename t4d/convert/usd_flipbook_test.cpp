@@ -6,8 +6,8 @@
 #include "t4d/convert/morph_flipbook.h"
 #include "t4d/convert/rigid_flipbook.h"
 #include "t4d/fixtures/solids.h"
-#include "t4d/formats/triangle_mesh_reader.h"
-#include "t4d/formats/usd_animation.h"
+#include "t4d/formats/triangle/triangle_mesh_reader.h"
+#include "t4d/formats/usd/usd_animation.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/system/temporary_folder.h"
 

@@ -8,8 +8,8 @@
 #include "t4d/edit/reduce_surface.h"
 #include "t4d/edit/surface_crossings.h"
 #include "t4d/measure/enclosure.h"
-#include "t4d/model/progress.h"
 #include "t4d/measure/surface_distance.h"
+#include "t4d/model/progress.h"
 #include "t4d/model/surface_check.h"
 
 namespace t4d::edit {
@@ -91,9 +91,9 @@ Result<std::optional<Envelope>> closestEnclosing(const Silhouette& silhouette,
   std::optional<Envelope> best;
   for (int round = 0; round < kRounds; ++round) {
     options.reach = reach + allowance.value();
-    auto envelope = envelopeOf(
-        silhouette, options,
-        model::partOf(progress, round / double(kRounds), (round + 1) / double(kRounds)));
+    auto envelope =
+        envelopeOf(silhouette, options,
+                   model::partOf(progress, round / double(kRounds), (round + 1) / double(kRounds)));
     if (!envelope) return pass(envelope.error());
     auto reduced = simpleReduction(envelope->mesh, triangles);
     if (!reduced) return pass(reduced.error());

@@ -12,9 +12,9 @@
 #include "t4d/measure/lattice_surface.h"
 #include "t4d/measure/missed_point.h"
 #include "t4d/measure/offset_surface.h"
-#include "t4d/model/progress.h"
 #include "t4d/measure/surface_genus.h"
 #include "t4d/measure/visit_lattice.h"
+#include "t4d/model/progress.h"
 #include "t4d/model/union_find.h"
 
 namespace t4d::edit {

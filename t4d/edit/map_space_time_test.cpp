@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "t4d/fixtures/solids.h"
-#include "t4d/formats/motion_reader.h"
+#include "t4d/formats/motion/motion_reader.h"
 #include "t4d/measure/mesh_check.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/slice/slice.h"

@@ -15,7 +15,7 @@
 #include "t4d/edit/surface_crossings.h"
 #include "t4d/fixtures/damaged.h"
 #include "t4d/fixtures/solids.h"
-#include "t4d/formats/triangle_mesh_reader.h"
+#include "t4d/formats/triangle/triangle_mesh_reader.h"
 #include "t4d/model/surface_check.h"
 #include "tests/paths.h"
 

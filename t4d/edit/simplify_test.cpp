@@ -9,7 +9,7 @@
 #include "t4d/fixtures/fields.h"
 #include "t4d/fixtures/motions.h"
 #include "t4d/fixtures/solids.h"
-#include "t4d/formats/motion_reader.h"
+#include "t4d/formats/motion/motion_reader.h"
 #include "t4d/measure/compare.h"
 #include "t4d/measure/mesh_check.h"
 #include "t4d/measure/mesh_digest.h"

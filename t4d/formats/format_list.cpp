@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "t4d/formats/foreign_scene.h"
+#include "t4d/formats/animation/foreign_scene.h"
 #include "t4d/formats/mesh4d/mesh4d_formats.h"
-#include "t4d/formats/triangle_mesh_formats.h"
+#include "t4d/formats/triangle/triangle_mesh_formats.h"
 
 namespace t4d::formats {
 namespace {

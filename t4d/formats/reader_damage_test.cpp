@@ -3,7 +3,7 @@
 
 #include "t4d/formats/mesh4d/test_mesh4d.h"
 #include "t4d/formats/test_files.h"
-#include "t4d/formats/triangle_mesh_formats.h"
+#include "t4d/formats/triangle/triangle_mesh_formats.h"
 
 /// Damaged files must be read or refused, never crash, hang or ask for much memory: run under
 /// AddressSanitizer this is a small fuzzer.

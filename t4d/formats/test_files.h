@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "t4d/formats/triangle_mesh_reader.h"
+#include "t4d/formats/triangle/triangle_mesh_reader.h"
 
 /// Helpers for tests of readers and writers.
 namespace t4d::formats {

@@ -7,7 +7,7 @@
 #include "t4d/fixtures/fields.h"
 #include "t4d/fixtures/motions.h"
 #include "t4d/fixtures/solids.h"
-#include "t4d/formats/motion_reader.h"
+#include "t4d/formats/motion/motion_reader.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/model/flat_mesh.h"
 #include "t4d/voxel4d/sampled_frames.h"

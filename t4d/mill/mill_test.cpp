@@ -11,8 +11,8 @@
 #include <gtest/gtest.h>
 
 #include "t4d/fixtures/solids.h"
-#include "t4d/formats/cutter_location_reader.h"
-#include "t4d/formats/gcode_reader.h"
+#include "t4d/formats/toolpath/cutter_location_reader.h"
+#include "t4d/formats/toolpath/gcode_reader.h"
 #include "t4d/measure/mesh_check.h"
 #include "t4d/measure/solid_difference.h"
 #include "t4d/mill/motion_parts.h"

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "t4d/fixtures/solids.h"
-#include "t4d/formats/gcode_reader.h"
+#include "t4d/formats/toolpath/gcode_reader.h"
 #include "t4d/measure/mesh_check.h"
 #include "t4d/mill/mill.h"
 #include "t4d/mill/tool_shape.h"

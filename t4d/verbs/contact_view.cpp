@@ -4,8 +4,8 @@
 
 #include <fmt/format.h>
 
-#include "t4d/formats/triangle_mesh_formats.h"
-#include "t4d/formats/triangle_mesh_writer.h"
+#include "t4d/formats/triangle/triangle_mesh_formats.h"
+#include "t4d/formats/triangle/triangle_mesh_writer.h"
 #include "t4d/measure/triangle_tree.h"
 #include "t4d/measure/winding_number.h"
 #include "t4d/slice/slice.h"

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "t4d/fixtures/solids.h"
-#include "t4d/formats/motion_reader.h"
+#include "t4d/formats/motion/motion_reader.h"
 #include "t4d/formats/t4d/writer.h"
 #include "t4d/measure/mesh_digest.h"
 #include "t4d/mesh4d/sweep.h"

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "t4d/formats/gltf_writer.h"
+#include "t4d/formats/gltf/gltf_writer.h"
 #include "t4d/formats/t4d/reader.h"
 #include "t4d/formats/t4d/writer.h"
 #include "t4d/measure/chord_bound.h"

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/fixtures/solids.h"
-#include "t4d/formats/motion_reader.h"
+#include "t4d/formats/motion/motion_reader.h"
 #include "t4d/formats/t4d/body_details.h"
 #include "t4d/mesh4d/mechanism_keys.h"
 #include "t4d/mesh4d/sweep.h"

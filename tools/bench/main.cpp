@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "t4d/fixtures/solids.h"
-#include "t4d/formats/triangle_mesh_reader.h"
+#include "t4d/formats/triangle/triangle_mesh_reader.h"
 #include "t4d/system/temporary_folder.h"
 #include "tools/bench/arm_and_obstacles.h"
 #include "tools/bench/collided_meshes.h"

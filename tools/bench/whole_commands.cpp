@@ -12,7 +12,7 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/formats/triangle_mesh_reader.h"
+#include "t4d/formats/triangle/triangle_mesh_reader.h"
 #include "t4d/system/child_process.h"
 
 namespace t4d::bench {

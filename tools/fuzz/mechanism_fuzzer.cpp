@@ -1,9 +1,9 @@
 #include <cctype>
 #include <string>
 
-#include "t4d/formats/joint_table.h"
-#include "t4d/formats/mechanism_reader.h"
-#include "t4d/formats/urdf_reader.h"
+#include "t4d/formats/motion/joint_table.h"
+#include "t4d/formats/motion/mechanism_reader.h"
+#include "t4d/formats/motion/urdf_reader.h"
 #include "tools/fuzz/fuzz.h"
 
 /// Mechanisms: JSON if the first byte is that of an object; URDF if it is that of an element, with

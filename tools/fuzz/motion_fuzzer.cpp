@@ -1,8 +1,8 @@
 #include <cctype>
 #include <string>
 
-#include "t4d/formats/motion_csv.h"
-#include "t4d/formats/motion_reader.h"
+#include "t4d/formats/motion/motion_csv.h"
+#include "t4d/formats/motion/motion_reader.h"
 #include "tools/fuzz/fuzz.h"
 
 /// Motion files, JSON if the first byte is that of an object and tables otherwise: an accepted

@@ -1,5 +1,5 @@
-#include "t4d/formats/usd_animation.h"
-#include "t4d/formats/usd_reader.h"
+#include "t4d/formats/usd/usd_animation.h"
+#include "t4d/formats/usd/usd_reader.h"
 #include "tools/fuzz/loaded_mesh.h"
 
 /// USD, text or a package of it: a triangle mesh, and its animation, whose keys go forward in time.

@@ -10,7 +10,7 @@
 #include "t4d/convert/attribute_colors.h"
 #include "t4d/convert/frame_slices.h"
 #include "t4d/formats/t4d/metadata.h"
-#include "t4d/formats/vertex_normals.h"
+#include "t4d/formats/triangle/vertex_normals.h"
 #include "t4d/model/times.h"
 
 namespace t4d::tools {

@@ -12,10 +12,10 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/formats/file_extension.h"
+#include "t4d/formats/motion/srdf_reader.h"
 #include "t4d/formats/output_file.h"
-#include "t4d/formats/srdf_reader.h"
 #include "t4d/formats/t4d/body_details.h"
-#include "t4d/formats/triangle_mesh_formats.h"
+#include "t4d/formats/triangle/triangle_mesh_formats.h"
 #include "t4d/measure/overlap.h"
 #include "t4d/verbs/collide.h"
 #include "t4d/verbs/json_text.h"

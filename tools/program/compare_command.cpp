@@ -12,10 +12,10 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/formats/motion_reader.h"
+#include "t4d/formats/motion/motion_reader.h"
 #include "t4d/formats/output_file.h"
 #include "t4d/formats/t4d/url.h"
-#include "t4d/formats/triangle_mesh_formats.h"
+#include "t4d/formats/triangle/triangle_mesh_formats.h"
 #include "t4d/measure/compare.h"
 #include "t4d/measure/mesh_check.h"
 #include "t4d/measure/mesh_quality.h"

@@ -6,7 +6,7 @@
 #include "t4d/convert/flipbook.h"
 #include "t4d/convert/morph_flipbook.h"
 #include "t4d/convert/rigid_flipbook.h"
-#include "t4d/formats/usd_writer.h"
+#include "t4d/formats/usd/usd_writer.h"
 #include "tools/program/appearance.h"
 #include "tools/program/centering.h"
 #include "tools/program/commands.h"

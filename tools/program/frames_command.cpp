@@ -6,8 +6,8 @@
 
 #include "t4d/convert/frame_files.h"
 #include "t4d/formats/file_extension.h"
-#include "t4d/formats/triangle_mesh_formats.h"
-#include "t4d/formats/usd_writer.h"
+#include "t4d/formats/triangle/triangle_mesh_formats.h"
+#include "t4d/formats/usd/usd_writer.h"
 #include "t4d/measure/compare.h"
 #include "t4d/system/replaceable.h"
 #include "t4d/voxel4d/voxelize.h"

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "t4d/formats/gltf_writer.h"
+#include "t4d/formats/gltf/gltf_writer.h"
 #include "tools/program/option_checks.h"
 
 namespace t4d::tools {

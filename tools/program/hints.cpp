@@ -12,7 +12,7 @@
 #include "t4d/formats/t4d/salvage.h"
 #include "t4d/formats/t4d/stream.h"
 #include "t4d/formats/t4d/url.h"
-#include "t4d/formats/triangle_mesh_formats.h"
+#include "t4d/formats/triangle/triangle_mesh_formats.h"
 #include "t4d/voxel4d/volumes/volume_frames.h"
 #include "tools/program/t4d_output.h"
 

@@ -5,8 +5,8 @@
 #include <fmt/format.h>
 
 #include "t4d/formats/file_extension.h"
+#include "t4d/formats/motion/urdf_reader.h"
 #include "t4d/formats/t4d/body_details.h"
-#include "t4d/formats/urdf_reader.h"
 #include "t4d/mesh4d/mechanism_keys.h"
 #include "tools/program/console.h"
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "t4d/formats/gltf_animation.h"
-#include "t4d/formats/mechanism_reader.h"
+#include "t4d/formats/gltf/gltf_animation.h"
+#include "t4d/formats/motion/mechanism_reader.h"
 #include "t4d/formats/t4d/metadata.h"
 #include "t4d/mesh4d/prism.h"
 #include "t4d/mesh4d/steps.h"

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "t4d/formats/triangle_mesh_formats.h"
+#include "t4d/formats/triangle/triangle_mesh_formats.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/mending.h"

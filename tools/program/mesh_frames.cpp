@@ -4,8 +4,8 @@
 
 #include <fmt/format.h>
 
-#include "t4d/formats/mesh_steps.h"
-#include "t4d/formats/triangle_mesh_formats.h"
+#include "t4d/formats/animation/mesh_steps.h"
+#include "t4d/formats/triangle/triangle_mesh_formats.h"
 #include "t4d/model/times.h"
 #include "t4d/voxel4d/occupancy.h"
 

@@ -9,13 +9,13 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/edit/surface_crossings.h"
-#include "t4d/formats/cutter_location_reader.h"
-#include "t4d/formats/gcode_reader.h"
-#include "t4d/formats/motion_reader.h"
+#include "t4d/formats/motion/motion_reader.h"
 #include "t4d/formats/output_file.h"
 #include "t4d/formats/t4d/names.h"
-#include "t4d/formats/tool_table.h"
-#include "t4d/formats/triangle_mesh_formats.h"
+#include "t4d/formats/toolpath/cutter_location_reader.h"
+#include "t4d/formats/toolpath/gcode_reader.h"
+#include "t4d/formats/toolpath/tool_table.h"
+#include "t4d/formats/triangle/triangle_mesh_formats.h"
 #include "t4d/mill/mill.h"
 #include "t4d/slice/slice_at_times.h"
 #include "tools/program/commands.h"

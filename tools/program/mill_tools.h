@@ -7,7 +7,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "t4d/formats/tool_table.h"
+#include "t4d/formats/toolpath/tool_table.h"
 #include "t4d/mill/mill.h"
 
 namespace t4d::tools {

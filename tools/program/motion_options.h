@@ -5,7 +5,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "t4d/formats/motion_csv.h"
+#include "t4d/formats/motion/motion_csv.h"
 
 namespace t4d::tools {
 

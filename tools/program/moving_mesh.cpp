@@ -1,6 +1,6 @@
 #include "tools/program/moving_mesh.h"
 
-#include "t4d/formats/motion_reader.h"
+#include "t4d/formats/motion/motion_reader.h"
 #include "tools/program/console.h"
 #include "tools/program/solid_input.h"
 

@@ -4,7 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "t4d/formats/triangle_mesh_formats.h"
+#include "t4d/formats/triangle/triangle_mesh_formats.h"
 #include "t4d/model/motion.h"
 #include "tools/program/mending.h"
 #include "tools/program/motion_options.h"

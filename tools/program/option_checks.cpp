@@ -10,7 +10,7 @@
 
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/output_file.h"
-#include "t4d/formats/triangle_mesh_formats.h"
+#include "t4d/formats/triangle/triangle_mesh_formats.h"
 #include "tools/program/numbers.h"
 
 namespace t4d::tools {

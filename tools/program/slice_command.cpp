@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <tbb/parallel_invoke.h>
 
-#include "t4d/formats/triangle_mesh_formats.h"
+#include "t4d/formats/triangle/triangle_mesh_formats.h"
 #include "t4d/model/transformed.h"
 #include "t4d/slice/light_slice.h"
 #include "t4d/slice/merge_coplanar.h"

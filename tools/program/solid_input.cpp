@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "t4d/formats/mesh_bodies.h"
-#include "t4d/formats/triangle_mesh_reader.h"
+#include "t4d/formats/triangle/mesh_bodies.h"
+#include "t4d/formats/triangle/triangle_mesh_reader.h"
 #include "tools/program/console.h"
 
 namespace t4d::tools {

@@ -6,7 +6,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "t4d/formats/triangle_mesh_writer.h"
+#include "t4d/formats/triangle/triangle_mesh_writer.h"
 #include "tools/program/mending.h"
 
 namespace t4d::tools {

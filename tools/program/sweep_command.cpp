@@ -10,14 +10,14 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/formats/deformation_reader.h"
+#include "t4d/formats/animation/deformation_reader.h"
+#include "t4d/formats/animation/foreign_scene.h"
+#include "t4d/formats/animation/mesh_steps.h"
 #include "t4d/formats/file_extension.h"
-#include "t4d/formats/foreign_scene.h"
-#include "t4d/formats/gltf_animation.h"
+#include "t4d/formats/gltf/gltf_animation.h"
 #include "t4d/formats/input_file.h"
-#include "t4d/formats/mesh_steps.h"
 #include "t4d/formats/t4d/names.h"
-#include "t4d/formats/usd_animation.h"
+#include "t4d/formats/usd/usd_animation.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/voxel4d/voxelize.h"
 #include "t4d/voxel4d/weave.h"

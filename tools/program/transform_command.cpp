@@ -13,9 +13,9 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/edit/map_space_time.h"
-#include "t4d/formats/rounding_loss.h"
 #include "t4d/formats/t4d/body_details.h"
 #include "t4d/formats/t4d/writer.h"
+#include "t4d/formats/triangle/rounding_loss.h"
 #include "t4d/model/limits.h"
 #include "t4d/model/sinks.h"
 #include "t4d/model/transformed.h"

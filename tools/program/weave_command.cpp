@@ -9,11 +9,11 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/formats/animation/mesh_steps.h"
 #include "t4d/formats/file_extension.h"
-#include "t4d/formats/mesh_steps.h"
 #include "t4d/formats/t4d/http_files.h"
 #include "t4d/formats/t4d/url.h"
-#include "t4d/formats/triangle_mesh_formats.h"
+#include "t4d/formats/triangle/triangle_mesh_formats.h"
 #include "t4d/voxel4d/advected_frames.h"
 #include "t4d/voxel4d/vdb_frames.h"
 #include "t4d/voxel4d/volumes/volume_frames.h"

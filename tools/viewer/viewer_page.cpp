@@ -9,11 +9,11 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/formats/base64.h"
 #include "t4d/formats/output_file.h"
 #include "t4d/formats/output_folder.h"
 #include "t4d/formats/t4d/stream.h"
 #include "t4d/formats/t4d/url.h"
+#include "t4d/formats/text/base64.h"
 #include "t4d/system/replaceable.h"
 #include "tools/viewer/page_text.h"
 

@@ -5,7 +5,7 @@
 #include "t4d/conformance/backends/case.h"
 #include "t4d/fixtures/motions.h"
 #include "t4d/fixtures/solids.h"
-#include "t4d/formats/motion_reader.h"
+#include "t4d/formats/motion/motion_reader.h"
 #include "t4d/mesh4d/sweep.h"
 
 namespace t4d::conformance {

@@ -7,7 +7,7 @@
 
 #include "t4d/formats/output_folder.h"
 #include "t4d/formats/t4d/reader.h"
-#include "t4d/formats/triangle_mesh_writer.h"
+#include "t4d/formats/triangle/triangle_mesh_writer.h"
 #include "t4d/system/child_process.h"
 #include "t4d/system/replaceable.h"
 #include "t4d/system/temporary_folder.h"

@@ -8,10 +8,10 @@
 #include <lzma.h>
 #include <zstd.h>
 
-#include "t4d/formats/base64.h"
 #include "t4d/formats/mesh4d/test_mesh4d.h"
 #include "t4d/formats/mesh4d/vtu_writer.h"
 #include "t4d/formats/packed_block.h"
+#include "t4d/formats/text/base64.h"
 #include "t4d/formats/zlib_block.h"
 
 /// VTU and G4MF as other programs write them.

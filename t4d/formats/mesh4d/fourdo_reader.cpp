@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "t4d/formats/mesh4d/mesh4d_builder.h"
-#include "t4d/formats/text_scanner.h"
+#include "t4d/formats/text/text_scanner.h"
 
 namespace t4d::formats {
 namespace {

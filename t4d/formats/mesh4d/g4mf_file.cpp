@@ -6,9 +6,9 @@
 #include <fmt/format.h>
 #include <zstd.h>
 
-#include "t4d/formats/base64.h"
-#include "t4d/formats/json_check.h"
-#include "t4d/formats/text_scanner.h"
+#include "t4d/formats/text/base64.h"
+#include "t4d/formats/text/json_check.h"
+#include "t4d/formats/text/text_scanner.h"
 
 namespace t4d::formats {
 namespace {

@@ -5,8 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "t4d/formats/base64.h"
 #include "t4d/formats/output_file.h"
+#include "t4d/formats/text/base64.h"
 
 namespace t4d::formats {
 namespace {

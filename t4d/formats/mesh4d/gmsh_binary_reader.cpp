@@ -10,9 +10,9 @@
 
 #include <fmt/format.h>
 
-#include "t4d/formats/byte_scanner.h"
 #include "t4d/formats/mesh4d/gmsh_mesh.h"
-#include "t4d/formats/text_scanner.h"
+#include "t4d/formats/text/byte_scanner.h"
+#include "t4d/formats/text/text_scanner.h"
 
 namespace t4d::formats {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "t4d/formats/text_scanner.h"
+#include "t4d/formats/text/text_scanner.h"
 
 namespace t4d::formats {
 

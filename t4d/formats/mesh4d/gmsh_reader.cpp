@@ -6,7 +6,7 @@
 
 #include "t4d/formats/mesh4d/gmsh_binary_reader.h"
 #include "t4d/formats/mesh4d/gmsh_mesh.h"
-#include "t4d/formats/text_scanner.h"
+#include "t4d/formats/text/text_scanner.h"
 
 namespace t4d::formats {
 namespace {

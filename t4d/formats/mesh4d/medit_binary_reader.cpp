@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
-#include "t4d/formats/byte_scanner.h"
 #include "t4d/formats/mesh4d/mesh4d_builder.h"
+#include "t4d/formats/text/byte_scanner.h"
 
 namespace t4d::formats {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "t4d/formats/mesh4d/mesh4d_builder.h"
 #include "t4d/formats/mesh4d/polyhedron.h"
-#include "t4d/formats/text_scanner.h"
+#include "t4d/formats/text/text_scanner.h"
 
 namespace t4d::formats {
 namespace {

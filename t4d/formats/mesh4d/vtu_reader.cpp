@@ -11,9 +11,9 @@
 #include "t4d/formats/mesh4d/mesh4d_builder.h"
 #include "t4d/formats/mesh4d/polyhedron.h"
 #include "t4d/formats/mesh4d/vtu_writer.h"
-#include "t4d/formats/vtk_cells.h"
-#include "t4d/formats/vtk_data.h"
-#include "t4d/formats/vtk_file.h"
+#include "t4d/formats/vtk/vtk_cells.h"
+#include "t4d/formats/vtk/vtk_data.h"
+#include "t4d/formats/vtk/vtk_file.h"
 
 namespace t4d::formats {
 namespace {

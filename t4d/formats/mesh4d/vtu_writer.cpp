@@ -10,7 +10,7 @@
 #include <tbb/parallel_for.h>
 
 #include "t4d/formats/output_file.h"
-#include "t4d/formats/xml_text.h"
+#include "t4d/formats/text/xml_text.h"
 #include "t4d/formats/zlib_block.h"
 
 namespace t4d::formats {

@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/formats/file_extension.h"
-#include "t4d/formats/json_check.h"
 #include "t4d/formats/t4d/layout.h"
 #include "t4d/formats/t4d/member_reader.h"
 #include "t4d/formats/t4d/url.h"
+#include "t4d/formats/text/json_check.h"
 
 namespace t4d::formats {
 namespace {

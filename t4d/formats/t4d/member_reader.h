@@ -10,8 +10,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/model/geometry.h"
 #include "t4d/model/error.h"
+#include "t4d/model/geometry.h"
 
 namespace t4d::formats {
 

@@ -10,13 +10,13 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/formats/json_check.h"
 #include "t4d/formats/output_file.h"
 #include "t4d/formats/t4d/joiner.h"
 #include "t4d/formats/t4d/member_reader.h"
 #include "t4d/formats/t4d/reader.h"
 #include "t4d/formats/t4d/url.h"
 #include "t4d/formats/t4d/within_memory.h"
+#include "t4d/formats/text/json_check.h"
 #include "t4d/model/progress.h"
 #include "t4d/system/temporary_folder.h"
 

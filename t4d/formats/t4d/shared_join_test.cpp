@@ -167,7 +167,8 @@ TEST(SharedJoin, FollowsALink) {
 
 TEST(SharedJoin, NeedsAPlanAndARegularFile) {
   const fs::path into = freshPath("none.t4d");
-  EXPECT_THAT(errorOf(copyPlannedParts(into, {1, 1})), HasSubstr("no join into this file is planned"));
+  EXPECT_THAT(errorOf(copyPlannedParts(into, {1, 1})),
+              HasSubstr("no join into this file is planned"));
   EXPECT_THAT(errorOf(finishJoin(into)), HasSubstr("no join into this file is planned"));
   const std::vector<fs::path> parts = partsOf({RandomSlabs(1).make(3)}, 2);
   EXPECT_THAT(errorOf(planJoin(parts, "/dev/null")), HasSubstr("is no regular file"));

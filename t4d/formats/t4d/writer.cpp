@@ -14,7 +14,6 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
-#include "t4d/formats/rounding_loss.h"
 #include "t4d/formats/t4d/chunk_writer.h"
 #include "t4d/formats/t4d/chunks.h"
 #include "t4d/formats/t4d/first_error.h"
@@ -23,6 +22,7 @@
 #include "t4d/formats/t4d/optional_chunks.h"
 #include "t4d/formats/t4d/part_window.h"
 #include "t4d/formats/t4d/vertex_attributes.h"
+#include "t4d/formats/triangle/rounding_loss.h"
 #include "t4d/model/limits.h"
 #include "t4d/model/shared_parts.h"
 

@@ -1,0 +1,20 @@
+#include "t4d/formats/animation/foreign_scene.h"
+#include "t4d/formats/file_extension.h"
+
+namespace t4d::formats {
+
+bool isForeignScene(const std::filesystem::path& path) {
+  const std::string extension = lowerCaseExtension(path);
+  return extension == ".fbx" || extension == ".dae";
+}
+
+bool readsForeignScenes() { return false; }
+
+Result<ForeignScene> readForeignScene(const InputFile& file, bool /*keepAxes*/) {
+  return fail(ErrorCode::Unsupported,
+              "this build does not read FBX and COLLADA, since it has no Assimp; convert the file "
+              "to glTF",
+              file.path.string());
+}
+
+}  // namespace t4d::formats

@@ -1,0 +1,209 @@
+#include "t4d/formats/gltf/gltf_hierarchy.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <Eigen/SVD>
+#include <fmt/format.h>
+
+#include "t4d/formats/gltf/gltf_geometry.h"
+
+namespace t4d::formats {
+namespace {
+
+using Eigen::Affine3d;
+using model::Point3;
+using Side = GltfCurve::Side;
+
+class HierarchyReader {
+ public:
+  HierarchyReader(const InputFile& file, const tinygltf::Model& model,
+                  std::span<const GltfNode> scene, int animation)
+      : file_(file), model_(model), scene_(scene), animation_(animation) {}
+
+  Result<GltfHierarchy> read() {
+    readNodes();
+    if (auto done = readChannels(); !done) return pass(done.error());
+    if (auto done = checkScales(); !done) return pass(done.error());
+    return std::move(found_);
+  }
+
+ private:
+  void readNodes() {
+    found_.nodes.resize(model_.nodes.size());
+    for (const GltfNode& node : scene_) {
+      const auto& from = model_.nodes[static_cast<std::size_t>(node.index)];
+      GltfMovingNode made;
+      made.parent = node.parent;
+      made.local = node.local;
+      made.translation = node.local.translation();
+      if (!from.rotation.empty()) {
+        made.rotation = Eigen::Quaterniond(Eigen::Map<const Eigen::Vector4d>(from.rotation.data()));
+        made.rotation.normalize();
+      }
+      if (!from.scale.empty()) made.scale = Eigen::Map<const Point3>(from.scale.data());
+      found_.nodes[static_cast<std::size_t>(node.index)] = made;
+    }
+  }
+
+  std::optional<GltfMovingNode>* nodeAt(int index) {
+    const bool exists = index >= 0 && static_cast<std::size_t>(index) < found_.nodes.size();
+    auto* node = exists ? &found_.nodes[static_cast<std::size_t>(index)] : nullptr;
+    return node != nullptr && node->has_value() ? node : nullptr;
+  }
+
+  Result<void> readChannels() {
+    const auto& animation = model_.animations[static_cast<std::size_t>(animation_)];
+    found_.weights.resize(model_.nodes.size(), nullptr);
+    for (std::size_t i = 0; i < animation.channels.size(); ++i) {
+      const auto& channel = animation.channels[i];
+      const std::string where =
+          fmt::format("{}.channels[{}]", gltfElement(file_, "animations", animation_), i);
+      auto* node = nodeAt(channel.target_node);
+      const std::string& path = channel.target_path;
+      const bool known =
+          path == "translation" || path == "rotation" || path == "scale" || path == "weights";
+      if (!known) ++found_.otherChannels;
+      if (channel.target_node >= static_cast<int>(model_.nodes.size())) {
+        return invalid(fmt::format("moves node {}, which does not exist; there are {}",
+                                   channel.target_node, model_.nodes.size()),
+                       where);
+      }
+      // What is not in the scene does not move anything.
+      if (!known || node == nullptr) continue;
+      const auto& target = model_.nodes[static_cast<std::size_t>(channel.target_node)];
+      const GltfCurve*& slot = path == "translation" ? (*node)->translations
+                               : path == "rotation"  ? (*node)->rotations
+                               : path == "scale"
+                                   ? (*node)->scales
+                                   : found_.weights[static_cast<std::size_t>(channel.target_node)];
+      if (slot != nullptr) {
+        return invalid(fmt::format("moves the {} of node {}, as another channel does", path,
+                                   channel.target_node),
+                       where);
+      }
+      if (!target.matrix.empty() && path != "weights") {
+        return invalid(fmt::format("moves node {}, which has a matrix", channel.target_node),
+                       where);
+      }
+      const auto kind = path == "rotation"  ? GltfCurve::Kind::Rotation
+                        : path == "weights" ? GltfCurve::Kind::Weights
+                                            : GltfCurve::Kind::Vector;
+      const int width = kind == GltfCurve::Kind::Rotation  ? 4
+                        : kind == GltfCurve::Kind::Weights ? gltfTargetCount(model_, target.mesh)
+                                                           : 3;
+      if (width == 0) {
+        return invalid(fmt::format("moves the weights of node {}, whose mesh has no morph targets",
+                                   channel.target_node),
+                       where);
+      }
+      auto curve = GltfCurve::read(file_, model_, animation_, channel.sampler, kind, width);
+      if (!curve) return pass(curve.error());
+      found_.end = std::max(found_.end, curve->times().back());
+      found_.curves.push_back(std::make_unique<GltfCurve>(std::move(*curve)));
+      slot = found_.curves.back().get();
+    }
+    if (found_.end > 0) return {};
+    return invalid("has no key after time 0 that moves a node of the scene, so nothing moves",
+                   gltfElement(file_, "animations", animation_));
+  }
+
+  /// A solid that shrinks to nothing, or through it, is no solid there.
+  Result<void> checkScales() const {
+    for (std::size_t i = 0; i < found_.nodes.size(); ++i) {
+      if (!found_.nodes[i] || found_.nodes[i]->scales == nullptr) continue;
+      const GltfCurve& scales = *found_.nodes[i]->scales;
+      for (std::size_t key = 1; key < scales.times().size(); ++key) {
+        const double begin = scales.times()[key - 1];
+        const double end = scales.times()[key];
+        if (!shrinksToZero(scales, begin, end, 0)) continue;
+        return invalid(
+            fmt::format("its scale shrinks to zero, or through it, from time {} to {}; a solid "
+                        "keeps a size, or is hidden by STEP keys of zero",
+                        begin, end),
+            gltfElement(file_, "nodes", static_cast<int>(i)));
+      }
+    }
+    return {};
+  }
+
+  static bool shrinksToZero(const GltfCurve& scales, double begin, double end, int depth) {
+    const Eigen::MatrixXd hull = scales.hull(begin, end).value;
+    const Eigen::VectorXd least = hull.rowwise().minCoeff();
+    const Eigen::VectorXd most = hull.rowwise().maxCoeff();
+    bool clear = true;
+    for (int axis = 0; axis < 3; ++axis) {
+      const bool constant = least[axis] == most[axis];
+      clear = clear && (constant || least[axis] > 0 || most[axis] < 0);
+    }
+    if (clear) return false;
+    constexpr int kMostHalvings = 12;
+    const double middle = begin / 2 + end / 2;
+    if (depth == kMostHalvings || !(begin < middle && middle < end)) return true;
+    return shrinksToZero(scales, begin, middle, depth + 1) ||
+           shrinksToZero(scales, middle, end, depth + 1);
+  }
+
+  const InputFile& file_;
+  const tinygltf::Model& model_;
+  std::span<const GltfNode> scene_;
+  int animation_;
+  GltfHierarchy found_;
+};
+
+}  // namespace
+
+Affine3d GltfMovingNode::at(double time, Side side) const {
+  if (!moves()) return local;
+  Affine3d transform = Affine3d::Identity();
+  transform.translation() =
+      translations != nullptr ? Point3(translations->at(time, side)) : translation;
+  const Eigen::Quaterniond turn =
+      rotations != nullptr ? Eigen::Quaterniond(Eigen::Vector4d(rotations->at(time, side)))
+                           : rotation;
+  const Point3 factors = scales != nullptr ? Point3(scales->at(time, side)) : scale;
+  transform.linear() = turn.toRotationMatrix() * factors.asDiagonal();
+  return transform;
+}
+
+CurveBound GltfMovingNode::bound(const CurveBound& point, double begin, double end) const {
+  if (!moves()) {
+    const double stretch = local.linear().jacobiSvd().singularValues()[0];
+    return CurveBound{local.translation().norm(), 0, 0} + CurveBound{stretch, 0, 0} * point;
+  }
+  CurveBound shift{translation.norm(), 0, 0};
+  if (translations != nullptr) {
+    const auto hull = translations->hull(begin, end);
+    shift = {hull.value.colwise().norm().maxCoeff(), hull.first.colwise().norm().maxCoeff(),
+             hull.second.colwise().norm().maxCoeff()};
+  }
+  CurveBound stretch{scale.cwiseAbs().maxCoeff(), 0, 0};
+  if (scales != nullptr) {
+    const auto hull = scales->hull(begin, end);
+    stretch = {hull.value.cwiseAbs().maxCoeff(), hull.first.cwiseAbs().maxCoeff(),
+               hull.second.cwiseAbs().maxCoeff()};
+  }
+  const CurveBound turn =
+      rotations != nullptr ? rotations->rotationBound(begin, end) : CurveBound{1, 0, 0};
+  return shift + turn * (stretch * point);
+}
+
+Affine3d GltfHierarchy::world(int index, double time, Side side) const {
+  Affine3d transform = node(index).at(time, side);
+  for (int i = node(index).parent; i >= 0; i = node(i).parent) {
+    transform = node(i).at(time, side) * transform;
+  }
+  return transform;
+}
+
+CurveBound GltfHierarchy::bound(int index, CurveBound point, double begin, double end) const {
+  for (int i = index; i >= 0; i = node(i).parent) point = node(i).bound(point, begin, end);
+  return point;
+}
+
+Result<GltfHierarchy> readGltfHierarchy(const InputFile& file, const tinygltf::Model& model,
+                                        std::span<const GltfNode> scene, int animation) {
+  return HierarchyReader(file, model, scene, animation).read();
+}
+
+}  // namespace t4d::formats

@@ -1,0 +1,16 @@
+#pragma once
+
+#include "t4d/formats/input_file.h"
+#include "t4d/formats/triangle/triangle_mesh_reader.h"
+
+namespace t4d::formats {
+
+/// Reads a glTF 2.0 file, text or binary, with buffers inside or beside it: the triangles of its
+/// default scene (without scenes: of all nodes; without nodes: of all meshes), placed by their
+/// nodes, as often as EXT_mesh_gpu_instancing says. What has scale zero is hidden and left out.
+/// Reads positions alone, at rest: skins, morph targets, animations, further scenes, other
+/// attributes, materials, images and cameras are losses, as far as they concern what is read.
+/// Compressed geometry is refused.
+Result<LoadedMesh> readGltf(const InputFile& file);
+
+}  // namespace t4d::formats

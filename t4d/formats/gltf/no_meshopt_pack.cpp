@@ -1,0 +1,14 @@
+#include "t4d/formats/gltf/meshopt_pack.h"
+#include "t4d/formats/triangle/triangle_mesh_writer.h"
+
+namespace t4d::formats {
+
+bool hasMeshopt() { return false; }
+
+std::optional<std::vector<unsigned char>> meshoptPacked(std::span<const unsigned char> /*bytes*/,
+                                                        std::size_t /*elementBytes*/,
+                                                        bool /*isTriangles*/) {
+  return std::nullopt;
+}
+
+}  // namespace t4d::formats

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "t4d/formats/motion/motion_csv.h"
+#include "t4d/model/motion.h"
+
+namespace t4d::formats {
+
+/// Reads a motion file (docs/motion.md; JSON Schema in t4d/formats/motion/motion.schema.json):
+/// `segments`, each a screw, or `poses`, joined by screws. Refuses, with the file and the place in
+/// it, text that is not JSON, unknown keys, missing keys, values of the wrong kind, and what
+/// chainScrews or joinPoses refuse. A .csv, .tsv or .txt file is a table of poses (readMotionCsv),
+/// which sets `form`; `table` is for these only.
+Result<model::Motion> readMotion(const std::filesystem::path& path, std::string* form = nullptr,
+                                 const MotionTableOptions& table = {});
+
+/// The same from the text of a JSON file; `name` stands for the file in errors.
+Result<model::Motion> parseMotion(const std::string& text, const std::string& name);
+
+}  // namespace t4d::formats

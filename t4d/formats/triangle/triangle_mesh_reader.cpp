@@ -1,0 +1,20 @@
+#include "t4d/formats/triangle/triangle_mesh_reader.h"
+
+#include <new>
+
+#include "t4d/formats/triangle/triangle_mesh_formats.h"
+
+namespace t4d::formats {
+
+Result<LoadedMesh> readTriangleMesh(const std::filesystem::path& path) {
+  const auto file = readInputFile(path);
+  if (!file) return pass(file.error());
+  if (auto known = checkMeshExtension(path); !known) return pass(known.error());
+  try {
+    return triangleMeshFormat(path)->read(*file);
+  } catch (const std::bad_alloc&) {
+    return fail(ErrorCode::Failed, "the mesh does not fit in memory", path.string());
+  }
+}
+
+}  // namespace t4d::formats
