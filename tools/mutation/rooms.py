@@ -14,15 +14,15 @@ ROOMS = {
     "measure": ["t4d/measure/*.cpp", "t4d/verbs/diff.cpp", "t4d/verbs/validate.cpp"],
     "edit": ["t4d/edit/*.cpp", "t4d/verbs/recover.cpp"],
     "mill": ["t4d/mill/*.cpp"],
-    "readers": ["t4d/formats/*_reader.cpp", "t4d/formats/mesh4d/*_reader.cpp",
-                "t4d/formats/gltf_[acghims]*.cpp", "t4d/formats/triangle/mesh_builder.cpp",
-                "t4d/formats/motion/motion_csv.cpp", "t4d/formats/text/number_table.cpp",
-                "t4d/formats/motion/joint_table.cpp", "t4d/formats/motion/time_column.cpp", "t4d/formats/triangle/ply_header.cpp",
-                "t4d/formats/animation/point_cache.cpp", "t4d/formats/triangle/polygon_triangulation.cpp",
-                "t4d/formats/text/text_scanner.cpp", "t4d/formats/toolpath/tool_path.cpp",
+    "readers": ["t4d/formats/*/*_reader.cpp", "t4d/formats/gltf/gltf_[acghims]*.cpp",
+                "t4d/formats/animation/point_cache.cpp", "t4d/formats/mesh4d/g4mf_file.cpp",
                 "t4d/formats/mesh4d/gmsh_entities.cpp", "t4d/formats/mesh4d/gmsh_mesh.cpp",
-                "t4d/formats/mesh4d/g4mf_file.cpp", "t4d/formats/mesh4d/mesh4d_builder.cpp",
-                "t4d/formats/mesh4d/polyhedron.cpp", "t4d/formats/vtk/vtk_file.cpp"],
+                "t4d/formats/mesh4d/mesh4d_builder.cpp", "t4d/formats/mesh4d/polyhedron.cpp",
+                "t4d/formats/motion/joint_table.cpp", "t4d/formats/motion/motion_csv.cpp",
+                "t4d/formats/motion/time_column.cpp", "t4d/formats/text/number_table.cpp",
+                "t4d/formats/text/text_scanner.cpp", "t4d/formats/toolpath/tool_path.cpp",
+                "t4d/formats/triangle/mesh_builder.cpp", "t4d/formats/triangle/ply_header.cpp",
+                "t4d/formats/triangle/polygon_triangulation.cpp", "t4d/formats/vtk/vtk_file.cpp"],
 }
 NOT_MUTATED = ("_test.cpp", "_samples.cpp", "_writer.cpp")
 
