@@ -28,6 +28,7 @@ import os
 import posixpath
 import queue
 import shutil
+import signal
 import socket
 import sys
 import threading
@@ -636,7 +637,8 @@ class _Run:
                 (folder / "run.json").unlink()
                 folder.rmdir()
             return ""
-        return f"; {done} of {self.job['parts']} parts are finished in {folder}: --resume goes on with them"
+        known = f"{done} of {self.job['parts']}" if self.job["parts"] else f"{done}"
+        return f"; {known} parts are finished in {folder}: --resume goes on with them"
 
 
 def _text(error: Optional[BaseException]) -> str:
@@ -681,11 +683,26 @@ def _workers(client: Any, local: Optional[int]) -> Iterator[Any]:
         return
     dask = package("distributed")
     count = local or len(os.sched_getaffinity(0))
-    with dask.LocalCluster(
-        n_workers=count, threads_per_worker=1, processes=True, dashboard_address=None,
-        silence_logs=logging.CRITICAL,  # what fails is said here
-    ) as cluster, dask.Client(cluster) as own:
+    with _interrupted_alone():
+        cluster = dask.LocalCluster(
+            n_workers=count, threads_per_worker=1, processes=True, dashboard_address=None,
+            silence_logs=logging.CRITICAL,  # what fails is said here
+        )  # fmt: skip
+    with cluster, dask.Client(cluster) as own:
         yield own
+
+
+@contextlib.contextmanager
+def _interrupted_alone() -> Iterator[None]:
+    """Processes that are started meanwhile ignore the terminal's Ctrl-C: this one ends them."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _check_output(verb: str, output: Optional[str]) -> None:
@@ -843,12 +860,16 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         print(json.dumps({**about, "report": report}, indent=2))
     else:
         print(
-            f"{options.output or options.verb}: {about.parts} parts on {about.workers} workers in "
+            f"{options.output or options.verb}: {_counted(about.parts, 'part')} on {_counted(about.workers, 'worker')} in "
             f"{about.seconds:.1f} s; {about.retries} retries, {about.resumed} taken up"
         )
         if options.verb in REPORTS and not options.output:
             print(json.dumps(report, indent=2))
     return 0
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"
 
 
 def _close(client: Any) -> None:

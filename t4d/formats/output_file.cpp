@@ -6,6 +6,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -84,11 +85,15 @@ Result<OutputFile> OutputFile::create(const std::filesystem::path& target) {
   return file;
 }
 
-Result<OutputFile> OutputFile::openToRewrite(const std::filesystem::path& file) {
+Result<OutputFile> OutputFile::openToRewrite(const std::filesystem::path& file, Sharing sharing) {
   OutputFile out;
   out.target_ = file;
-  out.descriptor_ = ::open(file.c_str(), O_WRONLY | O_CLOEXEC | O_NOFOLLOW);
+  out.descriptor_ = ::open(file.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW);
   if (out.descriptor_ < 0) return ioError(file, "open for writing");
+  const int lock = (sharing == Sharing::Alone ? LOCK_EX : LOCK_SH) | LOCK_NB;
+  if (::flock(out.descriptor_, lock) != 0 && errno == EWOULDBLOCK) {
+    return fail(ErrorCode::Failed, "another process writes to it", file.string());
+  }
   out.stays_ = true;
   return out;
 }

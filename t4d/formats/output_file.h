@@ -27,7 +27,9 @@ class OutputFile {
   ~OutputFile() { close(); }
 
   /// A file that is there and stays there, for `rewrite` alone; `commit` waits until it is on disk.
-  static Result<OutputFile> openToRewrite(const std::filesystem::path& file);
+  /// Several processes can have it open, unless one has it alone (on file systems with locks).
+  enum class Sharing : char { Shared, Alone };
+  static Result<OutputFile> openToRewrite(const std::filesystem::path& file, Sharing sharing);
 
   /// Appends; errors name the target and the system's reason (a full disk, say).
   Result<void> write(const void* data, std::size_t size);

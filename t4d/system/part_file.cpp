@@ -134,11 +134,15 @@ Result<void> PartFile::putInPlace(std::span<PartFile> parts) {
     if (part.state_ == State::Exchanged) ::unlink(part.path_.c_str());  // the old contents
     part.note_.release();
   }
-  const std::filesystem::path folder = target.has_parent_path() ? target.parent_path() : ".";
+  return syncNames(target);
+}
+
+Result<void> syncNames(const std::filesystem::path& file) {
+  const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
   const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   // A folder may be writable and not readable.
   if (descriptor < 0 || syncAndClose(descriptor)) return {};
-  return ioError(target, "sync the directory");
+  return ioError(file, "sync the directory");
 }
 
 void PartFile::remove() noexcept {

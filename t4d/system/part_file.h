@@ -48,4 +48,7 @@ class PartFile {
   State state_ = State::Part;
 };
 
+/// Waits until the names in the folder of a file are on disk.
+Result<void> syncNames(const std::filesystem::path& file);
+
 }  // namespace t4d::system

@@ -23,16 +23,17 @@ Result<TemporaryFolder> TemporaryFolder::create() {
   std::error_code error;
   const auto parent = std::filesystem::temp_directory_path(error);
   if (error) return cannot(kHint, error.message(), parent);
-  return make(parent, kHint);
+  return make(parent, "t4d-", kHint);
 }
 
-Result<TemporaryFolder> TemporaryFolder::createIn(const std::filesystem::path& parent) {
-  return make(parent, "");
+Result<TemporaryFolder> TemporaryFolder::createIn(const std::filesystem::path& parent,
+                                                  const std::string& prefix) {
+  return make(parent, prefix, "");
 }
 
 Result<TemporaryFolder> TemporaryFolder::make(const std::filesystem::path& parent,
-                                              const char* hint) {
-  std::string name = (parent / "t4d-XXXXXX").string();
+                                              const std::string& prefix, const char* hint) {
+  std::string name = (parent / (prefix + "XXXXXX")).string();
   const HeldCleanup held;
   if (mkdtemp(name.data()) == nullptr) return cannot(hint, std::strerror(errno), parent);
   return TemporaryFolder(name);

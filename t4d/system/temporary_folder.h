@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "t4d/model/error.h"
 #include "t4d/system/cleanup.h"
@@ -13,8 +14,9 @@ class TemporaryFolder {
  public:
   /// Creates a folder in the system's folder for temporary files.
   static Result<TemporaryFolder> create();
-  /// Creates a folder in `parent`, which must exist.
-  static Result<TemporaryFolder> createIn(const std::filesystem::path& parent);
+  /// Creates a folder in `parent`, which must exist, with a name that begins so.
+  static Result<TemporaryFolder> createIn(const std::filesystem::path& parent,
+                                          const std::string& prefix = "t4d-");
 
   TemporaryFolder(TemporaryFolder&& other) noexcept;
   TemporaryFolder& operator=(TemporaryFolder&& other) noexcept;
@@ -23,7 +25,8 @@ class TemporaryFolder {
   const std::filesystem::path& path() const { return path_; }
 
  private:
-  static Result<TemporaryFolder> make(const std::filesystem::path& parent, const char* hint);
+  static Result<TemporaryFolder> make(const std::filesystem::path& parent,
+                                      const std::string& prefix, const char* hint);
   explicit TemporaryFolder(const std::filesystem::path& path)
       : path_(path), note_(Cleanup::folder(path)) {}
   std::filesystem::path path_;

@@ -650,8 +650,10 @@ void addEnvelope(CLI::App& app, int& exitCode) {
       ->type_name("FILE")
       ->check(someName());
   addCenterOption(*command, options->center);
-  options->part.addTo(*command,
-                      "Make only part K of N of the fields, by x; `t4d join` joins the files");
+  options->part.addTo(
+      *command,
+      "Make only part K of N of the fields (--visits and so on), divided along x; `t4d join` joins "
+      "the files");
   command->add_flag("--json", options->json, "Print JSON");
   command->footer("Example:\n  t4d envelope bolt.t4d -o clearance.glb");
   command->callback([=, &exitCode] {

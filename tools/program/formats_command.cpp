@@ -2,9 +2,9 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/formats/format_list.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
+#include "tools/program/format_list.h"
 
 namespace t4d::tools {
 namespace {
@@ -12,10 +12,10 @@ namespace {
 using nlohmann::ordered_json;
 
 int printFormats(bool json) {
-  const std::vector<formats::ListedFormat> list = formats::formatList();
+  const std::vector<ListedFormat> list = formatList();
   if (json) {
     ordered_json rows = ordered_json::array();
-    for (const formats::ListedFormat& format : list) {
+    for (const ListedFormat& format : list) {
       rows.push_back({{"name", format.name},
                       {"id", format.id},
                       {"extensions", format.extensions},
@@ -36,7 +36,7 @@ int printFormats(bool json) {
     printTable(rows, "l");
     rows.clear();
   };
-  for (const formats::ListedFormat& format : list) {
+  for (const ListedFormat& format : list) {
     if (format.kind != kind) flush();
     kind = format.kind;
     rows.push_back({"  " + format.name, fmt::format("{}", fmt::join(format.extensions, " ")),

@@ -144,10 +144,7 @@ int planJoin(const JoinArguments& options) {
   if (!planned) return report(planned.error());
   printSums(*planned, options, counted(planned->parts, "file") + " planned");
   if (!options.json) {
-    print(
-        "  copy them with t4d join -o {0} --part K/{1}, then finish with t4d join -o {0} "
-        "--finish\n",
-        options.output, planned->parts);
+    print("  next: join with the same -o and --part K/{}, then with --finish\n", planned->parts);
   }
   return reportLosses(planned->losses);
 }
@@ -185,10 +182,12 @@ std::optional<std::string> misuseOfSteps(const JoinArguments& options) {
     return "--manifest, --plan, --part and --finish exclude each other";
   }
   if ((options.finish || copies) && !options.parts.empty()) {
-    return fmt::format("{} takes the files that were planned; name none",
-                       options.finish ? "--finish" : "--part");
+    return "--part, --most-parts and --finish take the files that were planned; name none";
   }
   if (options.parts.empty() && !options.finish && !copies) return "name the files to join";
+  if (options.output == "-" && (options.plan || options.finish || copies)) {
+    return "-o: name a file; many processes cannot write to the standard output";
+  }
   return std::nullopt;
 }
 
@@ -231,19 +230,23 @@ void addJoin(CLI::App& app, int& exitCode) {
       "join", "Join consecutive .t4d files without decoding them, or reports or fields of parts");
   command->alias("concat");
   auto options = std::make_shared<JoinArguments>();
-  command->add_option("PART", options->parts,
-                      "Input files: .t4d, .t4dm or URLs, in the order of their times, or reports "
-                      "(.json) or fields (.vdb) of parts");
+  command->add_option(
+      "PART", options->parts,
+      "Input files: .t4d and .t4dm (files or URLs), in the order of their times, or reports "
+      "(.json) or fields (.vdb) of parts");
   command
       ->add_option("-o,--output", options->output,
-                   "Output file (.t4d, .vdb, or .t4dm with --manifest, required; of reports .json, "
-                   "default: standard output)")
+                   "Output file: .t4d, .t4dm with --manifest, .vdb of fields; of reports .json "
+                   "(default: standard output)")
       ->check(someName());
   command->add_flag("--manifest", options->manifest,
                     "Write a manifest (.t4dm) that names the parts, instead of copying them");
   command->add_flag("--plan", options->plan,
                     "Plan a join by several processes, which --part and --finish complete");
-  options->part.addTo(*command, "Copy part K of N of the planned files to their places");
+  options->part.addTo(
+      *command,
+      "Copy share K of N of the planned files to their places (after --plan, with the same "
+      "-o; name no files)");
   command->add_flag("--finish", options->finish,
                     "End a planned join: give the file its name when all files are copied");
   command->add_flag("--json", options->json, "Print the result as JSON");
@@ -258,6 +261,8 @@ void addJoin(CLI::App& app, int& exitCode) {
       "  t4d join first.t4d second.t4d -o bolt.t4d --plan\n"
       "  t4d join -o bolt.t4d --part 1/2 & t4d join -o bolt.t4d --part 2/2; wait\n"
       "  t4d join -o bolt.t4d --finish\n"
+      "fields:\n"
+      "  t4d join dwell-1.vdb dwell-2.vdb -o dwell.vdb\n"
       "and reports:\n"
       "  t4d validate bolt.t4d --part 1/2 --json > p1.json &\n"
       "  t4d validate bolt.t4d --part 2/2 --json > p2.json; wait; t4d join p1.json p2.json");

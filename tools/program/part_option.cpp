@@ -80,7 +80,8 @@ ordered_json identityOf(const verbs::Input& input, std::uint64_t times) {
   }
   ordered_json identity = {{"bytes", input.reader->fileBytes()},
                            {"slabs", verbs::slabCountOf(input.bodies)},
-                           {"tetrahedra", cells}};
+                           {"tetrahedra", cells},
+                           {"fingerprint", fmt::format("{:08x}", input.reader->fingerprint())}};
   if (times > 0) identity["times"] = times;
   return identity;
 }

@@ -779,6 +779,21 @@ TEST_F(Program, RecoversWhatIsWhole) {
   refuses("recover fx/cube.obj -o out.t4d", "is not a .t4d file");
 }
 
+TEST_F(Program, FormatsListsEachOnceWithWhatItKeeps) {
+  std::set<std::string> ids;
+  std::set<std::string> names;
+  const json formats = run("formats --json").value()["formats"];
+  for (const json& format : formats) {
+    const auto name = format["name"].get<std::string>();
+    const auto id = format["id"].get<std::string>();
+    EXPECT_TRUE(format["reads"] || format["writes"]) << name;
+    EXPECT_FALSE(format["keeps"].empty()) << name;
+    EXPECT_FALSE(format["extensions"].empty()) << name;
+    EXPECT_TRUE(id.empty() || ids.insert(id).second) << id;
+    EXPECT_TRUE(names.insert(name).second) << name;
+  }
+}
+
 TEST_F(Program, ConvertGivesTheSameSolidBackFromEachFormat) {
   ASSERT_EQ(run(kPaper).exitCode, 0);
   const json whole = run("validate cube.t4d --json").value();
@@ -984,10 +999,11 @@ TEST_F(Program, JoinsTheHalvesThatTwoProcessesSweep) {
   EXPECT_EQ(run("join -o shared.t4d --most-parts").value()["parts"], 2);
   refuses("join a.t4d b.t4d --plan -o shared.t4d", "is planned already", 1);
   refuses("join -o shared.t4d --part 1/3", "there are 2 files to join, too few", 2);
-  refuses("join -o shared.t4d --finish", "2 of 2 parts are not copied yet: 1, 2");
+  refuses("join -o shared.t4d --finish", "2 of 2 files are not copied yet: a.t4d, b.t4d");
   refuses("join a.t4d -o shared.t4d --finish", "name none", 2);
   refuses("join a.t4d --plan --manifest -o no.t4dm", "exclude each other", 2);
   refuses("join -o no.t4d --finish", "no join into this file is planned");
+  refuses("join -o - --finish", "name a file", 2);
   const auto copy = [](const std::string& which) {
     return "$t4d join -q -o shared.t4d --part " + which;
   };

@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include "t4d/formats/format_list.h"
 #include "t4d/formats/mesh4d/test_mesh4d.h"
 
 namespace t4d::formats {
@@ -118,18 +117,6 @@ TEST(Mesh4dFormats, PartsOfOneSurfaceAreOneBody) {
   ASSERT_EQ(loaded.bodies.size(), 1U);
   EXPECT_EQ(cellsOf(loaded.bodies[0]), cellsOf(body));
   EXPECT_EQ(loaded.notices.size(), 1U);
-}
-
-TEST(FormatList, HasARowForEachFormatOfEachTable) {
-  const std::vector<ListedFormat> list = formatList();
-  std::set<std::string> ids;
-  for (const ListedFormat& format : list) {
-    EXPECT_TRUE(format.reads || format.writes) << format.name;
-    EXPECT_FALSE(format.keeps.empty()) << format.name;
-    EXPECT_FALSE(format.extensions.empty()) << format.name;
-    EXPECT_TRUE(format.id.empty() || ids.insert(format.id).second);
-  }
-  EXPECT_EQ(ids.size(), mesh4dFormats().size() + 1);  // and .t4d
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "t4d/formats/t4d/manifest.h"
 #include "t4d/formats/t4d/reader_file.h"
 #include "t4d/formats/t4d/url.h"
+#include "t4d/system/crc32c.h"
 
 namespace t4d::formats {
 namespace {
@@ -183,6 +184,11 @@ class PartedFile : public T4dReader::File {
   bool indexed() const override { return true; }
   const std::string& name() const override { return parts_.name(); }
   std::uint64_t fileBytes() const override { return parts_.manifest().bytes(); }
+  std::uint32_t fingerprint() const override {
+    std::string footers;
+    for (const ManifestPart& part : parts_.manifest().parts) footers += part.footer;
+    return system::crc32c(footers.data(), footers.size());
+  }
   std::uint64_t bytesRead() const override { return parts_.bytesRead(); }
   std::uint64_t requests() const override { return parts_.requests(); }
   const std::vector<T4dChunks>& chunks() const override { return chunks_; }

@@ -227,6 +227,11 @@ class OneFile : public T4dReader::File {
   bool indexed() const override { return indexed_; }
   const std::string& name() const override { return file_.path(); }
   std::uint64_t fileBytes() const override { return file_.size(); }
+  std::uint32_t fingerprint() const override {
+    if (!indexed()) return 0;
+    const auto footer = file_.readFooter();
+    return footer ? footer->indexChecksum : 0;
+  }
   std::uint64_t bytesRead() const override { return file_.bytesRead(); }
   std::uint64_t requests() const override { return file_.requests(); }
   const std::vector<T4dChunks>& chunks() const override { return chunks_; }
@@ -456,6 +461,7 @@ const Metadata& T4dReader::metadata() const { return file_->metadata(); }
 T4dVersion T4dReader::version() const { return file_->version(); }
 bool T4dReader::indexed() const { return file_->indexed(); }
 std::uint64_t T4dReader::fileBytes() const { return file_->fileBytes(); }
+std::uint32_t T4dReader::fingerprint() const { return file_->fingerprint(); }
 std::uint64_t T4dReader::bytesRead() const { return file_->bytesRead(); }
 std::uint64_t T4dReader::requests() const { return file_->requests(); }
 const std::string& T4dReader::name() const { return file_->name(); }

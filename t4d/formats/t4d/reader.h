@@ -91,6 +91,8 @@ class T4dReader {
   /// For messages: the path, or the URL without credentials.
   const std::string& name() const;
   std::uint64_t fileBytes() const;
+  /// Differs for different files, as surely as a checksum of 32 bits can; 0 without an index.
+  std::uint32_t fingerprint() const;
   /// Bytes read from the file so far.
   std::uint64_t bytesRead() const;
   /// Requests made to a web server so far; 0 for a local file.

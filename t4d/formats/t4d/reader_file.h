@@ -19,6 +19,7 @@ class T4dReader::File {
   virtual bool indexed() const = 0;
   virtual const std::string& name() const = 0;
   virtual std::uint64_t fileBytes() const = 0;
+  virtual std::uint32_t fingerprint() const = 0;
   virtual std::uint64_t bytesRead() const = 0;
   virtual std::uint64_t requests() const = 0;
   virtual const std::vector<T4dChunks>& chunks() const = 0;

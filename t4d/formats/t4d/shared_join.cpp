@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
+#include <sys/stat.h>
 
 #include "t4d/formats/output_file.h"
 #include "t4d/formats/t4d/joiner.h"
@@ -18,6 +19,7 @@
 #include "t4d/formats/t4d/within_memory.h"
 #include "t4d/formats/text/json_check.h"
 #include "t4d/model/progress.h"
+#include "t4d/system/part_file.h"
 #include "t4d/system/temporary_folder.h"
 
 namespace t4d::formats {
@@ -130,7 +132,7 @@ class RoomForParts : public CopyTarget {
 std::string planText(const Plan& plan) {
   ordered_json parts = ordered_json::array();
   for (const PlannedPart& part : plan.parts) {
-    parts.push_back({{"path", part.file.place.string()},
+    parts.push_back({{"path", part.file.path},
                      {"bytes", part.file.bytes},
                      {"footer", part.file.footer},
                      {"runs", part.runs.size()},
@@ -161,7 +163,7 @@ Result<Plan> parsePlan(const std::string& text, const std::string& name) {
   for (const ordered_json& each : parts) {
     MemberReader row(each, fmt::format("part {}", plan.parts.size() + 1));
     PlannedPart part;
-    part.file.place = row.text("path");
+    part.file.path = row.text("path");
     part.file.bytes = row.count("bytes");
     part.file.footer = row.hex("footer", 2 * t4d_layout::kFooterBytes);
     part.runs = {runs, runs + row.count("runs")};
@@ -178,14 +180,24 @@ Result<Plan> parsePlan(const std::string& text, const std::string& name) {
   return plan;
 }
 
+/// Where the paths of parts begin in the plan.
+fs::path baseOf(const fs::path& folder) { return fs::absolute(folder).parent_path(); }
+
+bool isPlanned(const fs::path& folder) {
+  std::error_code ignored;
+  return fs::exists(folder / kPlanName, ignored);
+}
+
 Result<Plan> readPlan(const fs::path& into) {
   const fs::path folder = folderOf(into);
   const fs::path name = folder / kPlanName;
-  std::error_code ignored;
-  if (!fs::exists(name, ignored)) {
-    return fail(ErrorCode::InvalidInput,
-                fmt::format("no join into this file is planned: there is no {}", name.string()),
-                into.string());
+  std::error_code error;
+  if (!fs::exists(name, error)) {
+    return fail(
+        ErrorCode::InvalidInput,
+        error ? fmt::format("cannot read {}: {}", name.string(), error.message())
+              : fmt::format("no join into this file is planned: there is no {}", name.string()),
+        into.string());
   }
   auto file = openFileSource(name);
   if (!file) return pass(file.error());
@@ -194,25 +206,40 @@ Result<Plan> readPlan(const fs::path& into) {
     return pass(done.error());
   }
   auto plan = parsePlan(text, name.string());
-  if (!plan) return fail(plan.error().code, plan.error().message, name.string());
+  if (!plan) {
+    return fail(plan.error().code,
+                fmt::format("{}; remove the folder {} and plan again", plan.error().message,
+                            folder.string()),
+                name.string());
+  }
   plan->folder = folder;
+  for (PlannedPart& part : plan->parts) {
+    const bool remote = !schemeOf(part.file.path).empty();
+    part.file.place =
+        remote ? part.file.path : (baseOf(folder) / part.file.path).lexically_normal();
+  }
   return plan;
 }
 
-/// Checks that a file can get this name, and that there is room for it.
+/// Checks that a file can get this name, and that no join into it is planned.
 Result<void> checkTarget(const fs::path& into, const fs::path& folder) {
   std::error_code ignored;
-  if (into == "-" || (fs::exists(into, ignored) && !fs::is_regular_file(into, ignored))) {
+  const fs::file_status there = fs::status(into, ignored);
+  if (into == "-" ||
+      (fs::exists(there) && !fs::is_regular_file(there) && !fs::is_directory(there))) {
     return fail(ErrorCode::Options, "is no regular file, and cannot be written by many processes",
                 into.string());
   }
-  if (!fs::exists(folder, ignored)) return {};
-  return fail(
-      ErrorCode::Failed,
-      fmt::format("a join into this file is planned already; finish it, or remove the folder "
-                  "{}",
-                  folder.string()),
-      into.string());
+  if (const auto possible = OutputFile::create(into); !possible) return pass(possible.error());
+  if (isPlanned(folder)) {
+    return fail(ErrorCode::Failed,
+                fmt::format("a join into this file is planned already; finish it, or remove the "
+                            "folder {}",
+                            folder.string()),
+                into.string());
+  }
+  fs::remove_all(folder, ignored);  // what a finished join has left
+  return {};
 }
 
 Result<void> checkRoom(const fs::path& folder, std::uint64_t bytes, const fs::path& into) {
@@ -224,22 +251,46 @@ Result<void> checkRoom(const fs::path& folder, std::uint64_t bytes, const fs::pa
               into.string());
 }
 
-/// Place, size and footer of the parts.
-Result<std::vector<PlannedPart>> identify(const std::vector<JoinedPart>& parts) {
+/// Fails if the file has no index.
+Result<std::string> footerOf(ByteSource& file) {
+  auto footer = footerText(file);
+  if (footer) return footer;
+  return fail(ErrorCode::InvalidInput,
+              "has no index, which a planned join needs; join without a plan, or rewrite it with "
+              "an index",
+              file.name());
+}
+
+/// Path, size and footer of the parts.
+Result<std::vector<PlannedPart>> identify(const std::vector<JoinedPart>& parts,
+                                          const fs::path& base) {
   std::vector<PlannedPart> planned;
   for (const JoinedPart& part : parts) {
     auto file = openByteSource(part.place);
     if (!file) return pass(file.error());
-    auto footer = footerText(**file);
+    auto footer = footerOf(**file);
     if (!footer) return pass(footer.error());
     PlannedPart one;
-    const bool local = schemeOf(part.place.native()).empty();
-    one.file.place = local ? fs::absolute(part.place) : part.place;
+    const bool remote = !schemeOf(part.place.native()).empty();
+    one.file.path =
+        remote ? part.place.string()
+               : fs::absolute(part.place).lexically_normal().lexically_proximate(base).string();
     one.file.bytes = (*file)->size();
     one.file.footer = std::move(*footer);
     planned.push_back(std::move(one));
   }
   return planned;
+}
+
+/// Opens a part; fails if it is not the one that was planned.
+Result<std::unique_ptr<ByteSource>> openPlanned(const ManifestPart& part) {
+  auto file = openByteSource(part.place);
+  if (!file) return file;
+  const auto footer = footerOf(**file);
+  if ((*file)->size() == part.bytes && footer && *footer == part.footer) return file;
+  return fail(ErrorCode::InvalidInput,
+              "is not the file that was planned; restore it, or remove the plan and plan again",
+              shownName(part.place.native()));
 }
 
 /// Writes the joined file without what is copied, and the plan, into `folder`.
@@ -310,12 +361,11 @@ Result<void> checkCopy(const Plan& plan, const PlannedPart& part,
 }
 
 Result<void> copyPart(const Plan& plan, const PlannedPart& part, const model::Progress& progress) {
-  const std::string name = (plan.folder / kPlanName).string();
-  const auto from = openPart(part.file, name);
+  const auto from = openPlanned(part.file);
   if (!from) return pass(from.error());
   const auto runs = readRuns(plan, part);
   if (!runs) return pass(runs.error());
-  auto into = OutputFile::openToRewrite(plan.folder / kMeshName);
+  auto into = OutputFile::openToRewrite(plan.folder / kMeshName, OutputFile::Sharing::Shared);
   if (!into) return pass(into.error());
   std::uint64_t done = 0;
   const auto add = [&](std::uint64_t bytes) {
@@ -331,7 +381,7 @@ Result<void> copyPart(const Plan& plan, const PlannedPart& part, const model::Pr
   if (auto onDisk = into->commit(); !onDisk) return onDisk;
   if (auto sound = checkCopy(plan, part, add); !sound) {
     return fail(sound.error().code,
-                fmt::format("its copy is damaged: {}; check the part, and copy it again",
+                fmt::format("its copy is damaged: {}; check the file, and copy it again",
                             sound.error().text()),
                 shownName(part.file.place.native()));
   }
@@ -342,7 +392,8 @@ Result<void> checkMesh(const Plan& plan, const fs::path& into) {
   std::vector<std::string> missing;
   std::error_code ignored;
   for (std::size_t i = 0; i < plan.parts.size(); ++i) {
-    if (!fs::exists(markOf(plan.folder, i), ignored)) missing.push_back(std::to_string(i + 1));
+    if (!fs::exists(markOf(plan.folder, i), ignored))
+      missing.push_back(plan.parts[i].file.place.filename().string());
   }
   if (missing.empty()) return {};
   constexpr std::size_t kShown = 10;
@@ -350,9 +401,66 @@ Result<void> checkMesh(const Plan& plan, const fs::path& into) {
   const std::size_t count = missing.size();
   if (many) missing.resize(kShown);
   return fail(ErrorCode::InvalidInput,
-              fmt::format("{} of {} parts are not copied yet: {}{}", count, plan.parts.size(),
-                          fmt::join(missing, ", "), many ? ", ..." : ""),
+              fmt::format("{} of {} files {} not copied yet: {}{}", count, plan.parts.size(),
+                          count == 1 ? "is" : "are", fmt::join(missing, ", "), many ? ", ..." : ""),
               into.string());
+}
+
+/// Gives the folder of a plan its name, and the rights that folders usually have.
+Result<void> place(const system::TemporaryFolder& plan, const fs::path& folder,
+                   const fs::path& into) {
+  const mode_t mask = ::umask(0);
+  ::umask(mask);
+  ::chmod(plan.path().c_str(), 0777 & ~mask);
+  std::error_code error;
+  fs::rename(plan.path(), folder, error);
+  if (!error) return system::syncNames(folder);
+  const std::string reason =
+      isPlanned(folder) ? "another process has planned a join into this file meanwhile"
+                        : fmt::format("cannot make {}: {}", folder.string(), error.message());
+  return fail(ErrorCode::Failed, reason, into.string());
+}
+
+/// Removes the folder of a plan that is done; what is left of it, if that fails, is no plan.
+Result<void> removePlan(const fs::path& folder, const fs::path& into) {
+  std::error_code error;
+  fs::remove(folder / kPlanName, error);
+  if (!error) fs::remove_all(folder, error);
+  if (!error) return {};
+  return fail(ErrorCode::Failed,
+              fmt::format("is complete, but the folder {} cannot be removed: {}", folder.string(),
+                          error.message()),
+              into.string());
+}
+
+/// The report on the joined file, at `place`.
+Result<JoinReport> reportOf(const Plan& plan, const fs::path& place) {
+  const auto reader = T4dReader::open(place, T4dOpen::Whole, {}, kAnyCells);
+  if (!reader) return pass(reader.error());
+  if (reader->fileBytes() != plan.bytes) {
+    return fail(ErrorCode::InvalidInput,
+                fmt::format("has {} bytes, and {} were planned: the plan, or this, is damaged",
+                            reader->fileBytes(), plan.bytes),
+                place.string());
+  }
+  JoinReport report{{}, plan.bytes, {}, plan.parts.size()};
+  for (std::size_t i = 0; i < reader->bodyCount(); ++i) report.bodies.push_back(reader->summary(i));
+  return report;
+}
+
+/// Gives the joined file its name, while nobody else writes to it.
+Result<void> nameMesh(const fs::path& mesh, const fs::path& into) {
+  const auto alone = OutputFile::openToRewrite(mesh, OutputFile::Sharing::Alone);
+  if (!alone) {
+    return fail(alone.error().code,
+                fmt::format("cannot be finished: {}; wait until no part is copied any more",
+                            alone.error().text()),
+                into.string());
+  }
+  std::error_code error;
+  fs::rename(mesh, followLinks(into), error);
+  if (!error) return system::syncNames(followLinks(into));
+  return fail(ErrorCode::Failed, "cannot be written: " + error.message(), into.string());
 }
 
 }  // namespace
@@ -363,27 +471,29 @@ Result<JoinReport> planJoin(const std::vector<fs::path>& files, const fs::path& 
   if (auto free = checkTarget(into, folder); !free) return pass(free.error());
   const auto parts = joinedParts(files);
   if (!parts) return pass(parts.error());
-  auto planned = identify(*parts);
-  if (!planned) return pass(planned.error());
   Joiner joiner;
   if (auto read = joiner.addAll(*parts, model::partOf(progress, 0, Joiner::kReading)); !read) {
     return pass(read.error());
   }
-  auto temporary = system::TemporaryFolder::createIn(fs::absolute(folder).parent_path());
+  auto planned = identify(*parts, baseOf(folder));
+  if (!planned) return pass(planned.error());
+  const auto temporary = system::TemporaryFolder::createIn(
+      baseOf(folder), fmt::format(".{}-", folder.filename().string()));
   if (!temporary) return pass(temporary.error());
-  return withinMemory(into.string(), [&]() -> Result<JoinReport> {
-    auto report = writePlan(joiner, temporary->path(), std::move(*planned),
-                            model::partOf(progress, Joiner::kReading, 1));
-    if (!report) return report;
+  auto report = withinMemory(into.string(), [&] {
+    return writePlan(joiner, temporary->path(), std::move(*planned),
+                     model::partOf(progress, Joiner::kReading, 1));
+  });
+  if (report) {
     if (auto room = checkRoom(temporary->path(), report->bytes, into); !room) {
       return pass(room.error());
     }
-    std::error_code error;
-    fs::rename(temporary->path(), folder, error);
-    if (error)
-      return fail(ErrorCode::Failed, "cannot be made: " + error.message(), folder.string());
+    if (auto placed = place(*temporary, folder, into); !placed) return pass(placed.error());
     return report;
-  });
+  }
+  Error error = report.error();
+  if (error.where.starts_with(temporary->path().string())) error.where = into.string();
+  return pass(std::move(error));
 }
 
 Result<std::uint64_t> plannedParts(const fs::path& into) {
@@ -406,7 +516,11 @@ Result<SharedCopy> copyPlannedParts(const fs::path& into, const model::Part& sha
     const auto done = withinMemory(part.file.place.string(), [&] {
       return copyPart(*plan, part, model::eachOf(progress, i - own.begin, own.size()));
     });
-    if (!done) return pass(done.error());
+    if (!done) {
+      if (isPlanned(plan->folder)) return pass(done.error());
+      return fail(ErrorCode::Failed, "the join was finished, or given up, meanwhile",
+                  into.string());
+    }
     if (auto marked = writeOutputFile(mark, ""); !marked) return pass(marked.error());
     ++copied.parts;
     copied.bytes += part.place.size();
@@ -417,23 +531,20 @@ Result<SharedCopy> copyPlannedParts(const fs::path& into, const model::Part& sha
 Result<JoinReport> finishJoin(const fs::path& into) {
   const auto plan = readPlan(into);
   if (!plan) return pass(plan.error());
-  if (auto complete = checkMesh(*plan, into); !complete) return pass(complete.error());
   const fs::path mesh = plan->folder / kMeshName;
-  const auto reader = T4dReader::open(mesh);
-  if (!reader) return pass(reader.error());
-  if (reader->fileBytes() != plan->bytes) {
-    return fail(ErrorCode::InvalidInput,
-                fmt::format("has {} bytes, and {} were planned: the plan, or this, is damaged",
-                            reader->fileBytes(), plan->bytes),
-                mesh.string());
+  std::error_code ignored;
+  // Otherwise it has been finished, but for the folder.
+  const bool isThere = fs::exists(mesh, ignored);
+  if (isThere) {
+    if (auto complete = checkMesh(*plan, into); !complete) return pass(complete.error());
   }
-  JoinReport report{{}, plan->bytes, {}, plan->parts.size()};
-  for (std::size_t i = 0; i < reader->bodyCount(); ++i) report.bodies.push_back(reader->summary(i));
-  std::error_code error;
-  fs::rename(mesh, followLinks(into), error);
-  if (error) return fail(ErrorCode::Failed, "cannot be written: " + error.message(), into.string());
-  fs::remove_all(plan->folder, error);
-  return report;
+  auto report = reportOf(*plan, isThere ? mesh : into);
+  if (!report) return report;
+  if (isThere) {
+    if (auto named = nameMesh(mesh, into); !named) return pass(named.error());
+  }
+  const auto removed = removePlan(plan->folder, into);
+  return removed ? std::move(report) : pass(removed.error());
 }
 
 }  // namespace t4d::formats

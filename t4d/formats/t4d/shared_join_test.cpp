@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include "t4d/formats/output_file.h"
 #include "t4d/formats/t4d/test_slabs.h"
 
 namespace t4d::formats {
@@ -88,7 +89,8 @@ class PlannedJoin : public testing::Test {
 
 TEST_F(PlannedJoin, IsNotFinishedBeforeAllPartsAreCopied) {
   ASSERT_TRUE(copyPlannedParts(into_, {2, 3}));
-  EXPECT_THAT(errorOf(finishJoin(into_)), HasSubstr("2 of 3 parts are not copied yet: 1, 3"));
+  EXPECT_THAT(errorOf(finishJoin(into_)),
+              HasSubstr("2 of 3 files are not copied yet: part0.t4d, part2.t4d"));
   EXPECT_FALSE(fs::exists(into_));
   copyAll(into_, 3);
   EXPECT_TRUE(finishJoin(into_));
@@ -103,9 +105,51 @@ TEST_F(PlannedJoin, IsPlannedOnce) {
   EXPECT_THAT(errorOf(planJoin(parts_, into_)), HasSubstr("is planned already"));
 }
 
+TEST_F(PlannedJoin, IsNotFinishedWhileAPartIsCopied) {
+  copyAll(into_, 3);
+  const fs::path mesh = folderOf(into_) / "mesh.t4d";
+  {
+    const auto late = OutputFile::openToRewrite(mesh, OutputFile::Sharing::Shared);
+    ASSERT_TRUE(late);
+    EXPECT_THAT(errorOf(finishJoin(into_)), HasSubstr("another process writes to it"));
+  }
+  EXPECT_FALSE(fs::exists(into_));
+  EXPECT_TRUE(finishJoin(into_));
+}
+
+/// As after a crash between its last two steps.
+TEST_F(PlannedJoin, CanBeFinishedTwice) {
+  copyAll(into_, 3);
+  const fs::path kept = temporaryPath("kept");
+  fs::remove_all(kept);
+  fs::copy(folderOf(into_), kept);
+  const auto first = finishJoin(into_);
+  ASSERT_TRUE(first);
+  fs::remove(kept / "mesh.t4d");
+  fs::rename(kept, folderOf(into_));
+  const auto again = finishJoin(into_);
+  ASSERT_TRUE(again) << again.error().text();
+  EXPECT_EQ(again->bytes, first->bytes);
+  EXPECT_FALSE(fs::exists(folderOf(into_)));
+  fs::create_directory(folderOf(into_));  // or between its last three
+  EXPECT_TRUE(planJoin(parts_, into_));
+}
+
+/// Machines may know the folder by other names.
+TEST_F(PlannedJoin, CanMoveWithItsParts) {
+  const fs::path elsewhere = temporaryPath("elsewhere");
+  fs::remove_all(elsewhere);
+  fs::create_directory(elsewhere);
+  for (const fs::path& part : parts_) fs::rename(part, elsewhere / part.filename());
+  fs::rename(folderOf(into_), elsewhere / folderOf(into_).filename());
+  copyAll(elsewhere / into_.filename(), 3);
+  EXPECT_TRUE(finishJoin(elsewhere / into_.filename()));
+}
+
 TEST_F(PlannedJoin, RefusesAnotherPart) {
   fs::copy_file(parts_[0], parts_[1], fs::copy_options::overwrite_existing);
-  EXPECT_THAT(errorOf(copyPlannedParts(into_, {2, 3})), HasSubstr("is not the part that"));
+  EXPECT_THAT(errorOf(copyPlannedParts(into_, {2, 3})),
+              HasSubstr("is not the file that was planned"));
   fs::remove(parts_[2]);
   EXPECT_THAT(errorOf(copyPlannedParts(into_, {3, 3})), HasSubstr("part2.t4d"));
 }
@@ -172,6 +216,10 @@ TEST(SharedJoin, NeedsAPlanAndARegularFile) {
   EXPECT_THAT(errorOf(finishJoin(into)), HasSubstr("no join into this file is planned"));
   const std::vector<fs::path> parts = partsOf({RandomSlabs(1).make(3)}, 2);
   EXPECT_THAT(errorOf(planJoin(parts, "/dev/null")), HasSubstr("is no regular file"));
+  EXPECT_THAT(errorOf(planJoin(parts, "/")), HasSubstr("is a folder"));
+  EXPECT_THAT(errorOf(planJoin(parts, "no/such.t4d")), HasSubstr("there is no folder no"));
+  const auto unindexed = partsOf({RandomSlabs(1).make(3)}, 1, {.index = false});
+  EXPECT_THAT(errorOf(planJoin(unindexed, into)), HasSubstr("has no index"));
   EXPECT_THAT(errorOf(planJoin({parts[1], parts[0]}, into)), HasSubstr("cannot be joined after"));
   EXPECT_FALSE(fs::exists(folderOf(into)));
 }

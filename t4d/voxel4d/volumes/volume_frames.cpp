@@ -52,26 +52,35 @@ Result<Volume> readZarrInput(const fs::path& path, const VolumeOptions& options)
   return readZarr(path, {options.axes, options.level, options.channel}, options.web);
 }
 
-constexpr Row kZarr = {{".zarr", "Zarr, OME-Zarr: folder or URL"}, readZarrInput};
+Result<Volume> readNpy(const fs::path& path, const VolumeOptions& options) {
+  return readNpyHeader(path, options.axes);
+}
+
+Result<Volume> readRaw(const fs::path& path, const VolumeOptions& options) {
+  return readRawHeader(path, options.raw);
+}
+
+constexpr std::array<std::string_view, 5> kPlaced = {"densities", "labels", "place", "times",
+                                                     "units"};
+constexpr std::array<std::string_view, 4> kPages = {"densities", "labels", "times", "units"};
+constexpr std::array<std::string_view, 6> kArrays = {"densities", "labels", "masks",
+                                                     "place",     "times",  "units"};
+constexpr std::array<std::string_view, 3> kSamples = {"densities", "labels", "masks"};
+
+constexpr Row kZarr = {{".zarr", "Zarr, OME-Zarr", kArrays}, readZarrInput};
 
 constexpr std::array kRows = {
-    Row{{".nrrd", "NRRD"}, readNrrd},
-    Row{{".nhdr", "NRRD, detached header"}, readNrrd},
-    Row{{".nii", "NIfTI"}, readNifti},
-    Row{{".nii.gz", "NIfTI, compressed"}, readNifti},
-    Row{{".hdr", "NIfTI, header and .img"}, readNifti},
-    Row{{".npy", "NumPy array"},
-        [](const fs::path& path, const VolumeOptions& options) {
-          return readNpyHeader(path, options.axes);
-        }},
-    Row{{".tif", "TIFF: ImageJ, OME-TIFF, or pages"}, readTiff},
-    Row{{".tiff", "TIFF: ImageJ, OME-TIFF, or pages"}, readTiff},
-    Row{{".dcm", "DICOM series, files or folder"}, readDicom},
+    Row{{".nrrd", "NRRD", kPlaced}, readNrrd},
+    Row{{".nhdr", "NRRD", kPlaced}, readNrrd},
+    Row{{".nii", "NIfTI-1 and -2", kPlaced}, readNifti},
+    Row{{".nii.gz", "NIfTI-1 and -2", kPlaced}, readNifti},
+    Row{{".hdr", "NIfTI-1 and -2", kPlaced}, readNifti},
+    Row{{".tif", "TIFF, ImageJ and OME", kPages}, readTiff},
+    Row{{".tiff", "TIFF, ImageJ and OME", kPages}, readTiff},
+    Row{{".dcm", "DICOM series", kPlaced}, readDicom},
     kZarr,
-    Row{{".raw", "bare samples"},
-        [](const fs::path& path, const VolumeOptions& options) {
-          return readRawHeader(path, options.raw);
-        }},
+    Row{{".npy", "NumPy array", kSamples}, readNpy},
+    Row{{".raw", "bare samples", kSamples}, readRaw},
 };
 
 const Row* rowOf(const fs::path& path) {

@@ -17,11 +17,12 @@ namespace t4d::voxel4d {
 
 /// A format of volumes: arrays of samples, as scanners and simulations write them.
 struct VolumeFormat {
-  std::string_view extension;  ///< with its dot, in lower case
-  std::string_view name;
+  std::string_view extension;               ///< with its dot, in lower case
+  std::string_view name;                    ///< the same for all extensions of a format
+  std::span<const std::string_view> keeps;  ///< what it holds of what t4d knows, for users
 };
 
-/// Those that openVolumeFrames reads.
+/// Those that openVolumeFrames reads, in the order in which they are listed for users.
 std::span<const VolumeFormat> volumeFormats();
 
 /// Whether a file is one of these, by its extension; DICOM, a file with its signature or a folder

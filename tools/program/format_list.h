@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-namespace t4d::formats {
+namespace t4d::tools {
 
 /// A file format, for users: a row of `t4d formats` and of docs/formats.md.
 struct ListedFormat {
@@ -20,4 +20,4 @@ struct ListedFormat {
 /// All formats that are read or written, from the tables of their kinds.
 std::vector<ListedFormat> formatList();
 
-}  // namespace t4d::formats
+}  // namespace t4d::tools

@@ -1,17 +1,18 @@
-#include "t4d/formats/format_list.h"
+#include "tools/program/format_list.h"
 
 #include <algorithm>
 
 #include "t4d/formats/animation/foreign_scene.h"
 #include "t4d/formats/mesh4d/mesh4d_formats.h"
 #include "t4d/formats/triangle/triangle_mesh_formats.h"
+#include "t4d/voxel4d/volumes/volume_frames.h"
 
-namespace t4d::formats {
+namespace t4d::tools {
 namespace {
 
 constexpr const char* kByExtension = "the extension";
 
-std::vector<std::string> keptBy(const Mesh4dKeeps& keeps) {
+std::vector<std::string> keptBy(const formats::Mesh4dKeeps& keeps) {
   std::vector<std::string> names = {"4D coordinates"};
   const auto add = [&](bool kept, const char* name) {
     if (kept) names.emplace_back(name);
@@ -43,7 +44,7 @@ void addMeshes4d(std::vector<ListedFormat>& list) {
   parts.extensions = {".t4dm"};
   parts.recognisedBy = kByExtension;
   list.push_back(std::move(parts));
-  for (const Mesh4dFormat& format : mesh4dFormats()) {
+  for (const formats::Mesh4dFormat& format : formats::mesh4dFormats()) {
     list.push_back({std::string(format.name),
                     std::string(format.id),
                     {format.extensions.begin(), format.extensions.end()},
@@ -56,7 +57,7 @@ void addMeshes4d(std::vector<ListedFormat>& list) {
 }
 
 void addTriangleMeshes(std::vector<ListedFormat>& list) {
-  for (const TriangleMeshFormat& format : triangleMeshFormats()) {
+  for (const formats::TriangleMeshFormat& format : formats::triangleMeshFormats()) {
     ListedFormat row{std::string(format.name),
                      {},
                      {std::string(format.extension)},
@@ -83,6 +84,23 @@ void addToolPaths(std::vector<ListedFormat>& list) {
       {"straight moves and turns", "rapid moves", "changes of tools", "times"});
   add("tool table of LinuxCNC", {".tbl"}, "the option `--tool-table`",
       {"lengths of tools", "remarks"});
+}
+
+void addVolumes(std::vector<ListedFormat>& list) {
+  for (const voxel4d::VolumeFormat& format : voxel4d::volumeFormats()) {
+    if (list.back().name == format.name) {
+      list.back().extensions.emplace_back(format.extension);
+      continue;
+    }
+    list.push_back({std::string(format.name),
+                    {},
+                    {std::string(format.extension)},
+                    "volumes over time",
+                    true,
+                    false,
+                    kByExtension,
+                    {format.keeps.begin(), format.keeps.end()}});
+  }
 }
 
 }  // namespace
@@ -126,32 +144,7 @@ std::vector<ListedFormat> formatList() {
                   true,
                   kByExtension,
                   {"level sets", "densities", "masks"}});
-  struct Volume {
-    const char* name;
-    std::vector<std::string> extensions;
-    std::vector<std::string> keeps;
-  };
-  const Volume volumes[] = {
-      {"NRRD", {".nrrd", ".nhdr"}, {"densities", "labels", "place", "times", "units"}},
-      {"NIfTI-1 and -2",
-       {".nii", ".nii.gz", ".hdr"},
-       {"densities", "labels", "place", "times", "units"}},
-      {"TIFF, ImageJ and OME", {".tif", ".tiff"}, {"densities", "labels", "times", "units"}},
-      {"DICOM series", {".dcm"}, {"densities", "labels", "place", "times", "units"}},
-      {"Zarr, OME-Zarr", {".zarr"}, {"densities", "labels", "masks", "place", "times", "units"}},
-      {"NumPy array", {".npy"}, {"densities", "labels", "masks"}},
-      {"bare samples", {".raw"}, {"densities", "labels", "masks"}},
-  };
-  for (const Volume& volume : volumes) {
-    list.push_back({volume.name,
-                    {},
-                    volume.extensions,
-                    "volumes over time",
-                    true,
-                    false,
-                    kByExtension,
-                    volume.keeps});
-  }
+  addVolumes(list);
   list.push_back({"ParaView collection of surfaces",
                   {},
                   {".pvd"},
@@ -160,9 +153,9 @@ std::vector<ListedFormat> formatList() {
                   true,
                   kByExtension,
                   {"triangles", "times"}});
-  list.push_back({"animated binary glTF",
+  list.push_back({"animated glTF",
                   {},
-                  {".glb"},
+                  {".gltf", ".glb"},
                   "solid over time",
                   true,
                   true,
@@ -176,7 +169,7 @@ std::vector<ListedFormat> formatList() {
                   true,
                   kByExtension,
                   {"triangles", "bodies", "names of bodies", "attributes", "units"}});
-  if (readsForeignScenes()) {
+  if (formats::readsForeignScenes()) {
     for (const auto& [name, extension] : {std::pair{"FBX", ".fbx"}, std::pair{"COLLADA", ".dae"}}) {
       list.push_back({name,
                       {},
@@ -191,4 +184,4 @@ std::vector<ListedFormat> formatList() {
   return list;
 }
 
-}  // namespace t4d::formats
+}  // namespace t4d::tools
