@@ -215,8 +215,8 @@ Result<Plan> readPlan(const fs::path& into) {
   plan->folder = folder;
   for (PlannedPart& part : plan->parts) {
     const bool remote = !schemeOf(part.file.path).empty();
-    part.file.place =
-        remote ? part.file.path : (baseOf(folder) / part.file.path).lexically_normal();
+    part.file.place = part.file.path;
+    if (!remote) part.file.place = (baseOf(folder) / part.file.place).lexically_normal();
   }
   return plan;
 }
