@@ -134,7 +134,6 @@ const runs = [
   ['join', [at('first.t4d'), at('second.t4d'), '-o', at('joined.t4d')], 0],
   ['join', [at('second.t4d'), at('first.t4d'), '-o', at('joined.t4d')], 4],
   ['join', [at('first.t4d'), at('second.t4d'), '-o', at('planned.t4d'), '--plan'], 0],
-  ['join', ['-o', at('planned.t4d'), '--most-parts'], 0],
   ['join', ['-o', at('planned.t4d'), '--part', '1/1'], 0],
   ['join', ['-o', at('planned.t4d'), '--finish'], 0],
   ['merge', [at('first.t4d'), at('joined.t4d'), '-o', at('merged.t4d')], 0],
