@@ -19,6 +19,7 @@
 #include "t4d/formats/t4d/within_memory.h"
 #include "t4d/formats/text/json_check.h"
 #include "t4d/model/progress.h"
+#include "t4d/system/crc32c.h"
 #include "t4d/system/part_file.h"
 #include "t4d/system/temporary_folder.h"
 
@@ -55,6 +56,7 @@ struct Run {
 struct PlannedPart {
   ManifestPart file;       // place, bytes and footer
   model::PartRange runs;   // its own of all runs
+  std::string checksum;    // of these runs
   model::PartRange place;  // bytes of the joined file
 };
 
@@ -87,13 +89,14 @@ class RoomForParts : public CopyTarget {
 
   Result<void> atBorder() override {
     if (auto done = flush(); !done) return done;
-    borders_.push_back({count_, file().size()});
+    borders_.push_back({count_, file().size(), fmt::format("{:08x}", std::exchange(sum_, 0))});
     return {};
   }
 
   /// Sets what is known of a part after the last border.
   void describe(std::size_t part, PlannedPart& planned) const {
     planned.runs = {borders_[part].runs, borders_[part + 1].runs};
+    planned.checksum = borders_[part + 1].checksum;
     planned.place = {borders_[part].bytes, borders_[part + 1].bytes};
   }
 
@@ -102,6 +105,7 @@ class RoomForParts : public CopyTarget {
   struct Border {
     std::uint64_t runs = 0;
     std::uint64_t bytes = 0;
+    std::string checksum;  // of the runs since the last border
   };
 
   Result<void> add(const Run& run) {
@@ -120,12 +124,14 @@ class RoomForParts : public CopyTarget {
     const Run run = std::exchange(last_, Run());
     if (run.bytes == 0) return {};
     ++count_;
+    sum_ = system::crc32c(&run, sizeof run, sum_);
     return runs_.write(&run, sizeof run);
   }
 
   OutputFile& runs_;
   Run last_;
   std::uint64_t count_ = 0;
+  std::uint32_t sum_ = 0;
   std::vector<Border> borders_;
 };
 
@@ -136,6 +142,7 @@ std::string planText(const Plan& plan) {
                      {"bytes", part.file.bytes},
                      {"footer", part.file.footer},
                      {"runs", part.runs.size()},
+                     {"checksum", part.checksum},
                      {"begin", part.place.begin},
                      {"end", part.place.end}});
   }
@@ -167,6 +174,7 @@ Result<Plan> parsePlan(const std::string& text, const std::string& name) {
     part.file.bytes = row.count("bytes");
     part.file.footer = row.hex("footer", 2 * t4d_layout::kFooterBytes);
     part.runs = {runs, runs + row.count("runs")};
+    part.checksum = row.hex("checksum", 2 * sizeof(std::uint32_t));
     part.place = {row.count("begin"), row.count("end")};
     if (auto sound = row.result(); !sound) return pass(sound.error());
     if (part.place.begin < end || part.place.end < part.place.begin ||
@@ -322,6 +330,9 @@ Result<std::vector<Run>> readRuns(const Plan& plan, const PlannedPart& part) {
   const auto bytes = std::as_writable_bytes(std::span(runs));
   if (auto done = (*file)->read(part.runs.begin * sizeof(Run), bytes); !done) {
     return pass(done.error());
+  }
+  if (fmt::format("{:08x}", system::crc32c(bytes.data(), bytes.size())) != part.checksum) {
+    return wrong();
   }
   for (const auto& [from, to, size] : runs) {
     const bool inPart = size <= part.file.bytes && from <= part.file.bytes - size;

@@ -192,8 +192,16 @@ TEST_F(PlannedJoin, RefusesADamagedPlan) {
   }
   const fs::path runs = folderOf(into_) / "runs";
   writeFile(plan, sound);
-  writeFile(runs, std::string(fs::file_size(runs), '\x7f'));
-  EXPECT_THAT(errorOf(copyPlannedParts(into_, {1, 3})), HasSubstr("is not what the plan says"));
+  const std::string soundRuns = fileContents(runs);
+  for (std::size_t at = 0; at < soundRuns.size(); ++at) {
+    std::string damaged = soundRuns;
+    damaged[at] = static_cast<char>(damaged[at] ^ 8);
+    writeFile(runs, damaged);
+    EXPECT_THAT(errorOf(copyPlannedParts(into_, {1, 1})), HasSubstr("is not what the plan says"));
+    for (const char* mark : {"copied-1", "copied-2", "copied-3"}) {
+      fs::remove(folderOf(into_) / mark);
+    }
+  }
   writeFile(runs, "");
   EXPECT_THAT(errorOf(copyPlannedParts(into_, {1, 3})), HasSubstr("is not what the plan says"));
 }
