@@ -28,7 +28,7 @@ install(FILES LICENSE NOTICE README.md CHANGELOG.md CONTRIBUTING.md
   DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY docs examples DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(FILES t4d/formats/motion/motion.schema.json t4d/formats/motion/mechanism.schema.json
-  DESTINATION ${CMAKE_INSTALL_DOCDIR}/t4d/formats)
+  DESTINATION ${CMAKE_INSTALL_DOCDIR}/t4d/formats/motion)
 install(FILES tools/fuzz/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR}/tools/fuzz)
 install(FILES t4d/conformance/backends/backend.h
   DESTINATION ${CMAKE_INSTALL_DOCDIR}/t4d/conformance/backends)
