@@ -94,6 +94,14 @@ Result<OutputFile> OutputFile::openToRewrite(const std::filesystem::path& file, 
   if (::flock(out.descriptor_, lock) != 0 && errno == EWOULDBLOCK) {
     return fail(ErrorCode::Failed, "another process writes to it", file.string());
   }
+  // Whoever had it alone may have given it another name.
+  struct stat opened {};
+  struct stat named {};
+  const bool same = ::fstat(out.descriptor_, &opened) == 0 && ::stat(file.c_str(), &named) == 0 &&
+                    opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
+  if (!same) {
+    return fail(ErrorCode::Failed, "another process has given it another name", file.string());
+  }
   out.stays_ = true;
   return out;
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <optional>
 #include <string>
 #include <utility>
 
@@ -11,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <sys/stat.h>
 
+#include "t4d/formats/input_file.h"
 #include "t4d/formats/output_file.h"
 #include "t4d/formats/t4d/joiner.h"
 #include "t4d/formats/t4d/member_reader.h"
@@ -207,13 +207,9 @@ Result<Plan> readPlan(const fs::path& into) {
               : fmt::format("no join into this file is planned: there is no {}", name.string()),
         into.string());
   }
-  auto file = openFileSource(name);
+  const auto file = readInputFile(name);
   if (!file) return pass(file.error());
-  std::string text((*file)->size(), '\0');
-  if (auto done = (*file)->read(0, std::as_writable_bytes(std::span(text))); !done) {
-    return pass(done.error());
-  }
-  auto plan = parsePlan(text, name.string());
+  auto plan = parsePlan(file->bytes, name.string());
   if (!plan) {
     return fail(plan.error().code,
                 fmt::format("{}; remove the folder {} and plan again", plan.error().message,
@@ -294,7 +290,7 @@ Result<std::vector<PlannedPart>> identify(const std::vector<JoinedPart>& parts,
 Result<std::unique_ptr<ByteSource>> openPlanned(const ManifestPart& part) {
   auto file = openByteSource(part.place);
   if (!file) return file;
-  const auto footer = footerOf(**file);
+  const auto footer = footerText(**file);
   if ((*file)->size() == part.bytes && footer && *footer == part.footer) return file;
   return fail(ErrorCode::InvalidInput,
               "is not the file that was planned; restore it, or remove the plan and plan again",
@@ -403,8 +399,8 @@ Result<void> checkMesh(const Plan& plan, const fs::path& into) {
   std::vector<std::string> missing;
   std::error_code ignored;
   for (std::size_t i = 0; i < plan.parts.size(); ++i) {
-    if (!fs::exists(markOf(plan.folder, i), ignored))
-      missing.push_back(plan.parts[i].file.place.filename().string());
+    if (fs::exists(markOf(plan.folder, i), ignored)) continue;
+    missing.push_back(plan.parts[i].file.place.filename().string());
   }
   if (missing.empty()) return {};
   constexpr std::size_t kShown = 10;

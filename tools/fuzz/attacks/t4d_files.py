@@ -313,12 +313,17 @@ def planned_joins(attack):
     attack.t4d("join", *parts, "-o", out, "--plan")
     folder = attack.path("out.t4d.joining")
     count = attack.t4d("join", "-o", out, "--most-parts").json["parts"]
-    kind = rng.choice(["sound", "part", "plan.json", "runs", "mesh.t4d", "member", "missing"])
+    kind = rng.choice(["sound", "part", "plan.json", "runs", "mesh.t4d", "member", "missing", "gone", "pipe"])
     if kind == "member":
         plan = json.loads((folder / "plan.json").read_text())
         of = rng.choice([plan, *plan["parts"]])
         of[rng.choice(sorted(of))] = rng.choice([None, -1, 0, 1, 1e300, 2 ** 64, "", "/etc/passwd", [], {}])
         (folder / "plan.json").write_text(json.dumps(plan))
+    elif kind in ("gone", "pipe"):
+        victim = rng.choice([*parts, folder / "plan.json", folder / "runs", folder / "mesh.t4d"])
+        victim.unlink()
+        if kind == "pipe":
+            os.mkfifo(victim)
     elif kind not in ("sound", "missing"):
         victim = rng.choice(parts) if kind == "part" else folder / kind
         data = bytearray(victim.read_bytes())
@@ -335,8 +340,9 @@ def planned_joins(attack):
             return ["is not the file that one process joins"]
         return []
 
-    return Run(["join", "-o", out, "--finish"], parts, out if kind != "mesh.t4d" else None,
-               expect={0} if kind == "sound" else {4} if kind == "missing" else None, check=check)
+    return Run(["join", "-o", out, "--finish"], [p for p in parts if p.is_file()],
+               out if kind != "mesh.t4d" else None, check=check,
+               expect={0} if kind == "sound" else {4} if kind in ("missing", "gone", "pipe") else None)
 
 
 @input_class(weight=5)
