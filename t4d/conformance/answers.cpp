@@ -289,7 +289,7 @@ Result<Answer> describe(const std::vector<NamedSource>& bodies, formats::T4dVers
   AnswerBuilder answer = description(version, features);
   for (const NamedSource& body : bodies) {
     Describer describer;
-    if (auto done = pump(*body.source, describer); !done) return pass(done.error());
+    if (auto done = pump(*body.source, describer); !done) return done.error();
     ordered_json within = describer.within();
     answer.add(std::move(describer).answer(body.name), std::move(within));
   }
@@ -305,7 +305,7 @@ Result<Answer> sliceAt(const std::vector<NamedSource>& bodies, double time) {
       continue;
     }
     auto slice = slice::sliceAtTime(*body.source, time);
-    if (!slice) return pass(slice.error());
+    if (!slice) return slice.error();
     addSlice(answer, body.name, slice->mesh);
   }
   return answer.finish();
@@ -316,7 +316,7 @@ Result<Answer> sliceBy(const std::vector<NamedSource>& bodies,
   AnswerBuilder answer(ordered_json::object());
   for (const NamedSource& body : bodies) {
     auto slice = slice::slice(*body.source, hyperplane);
-    if (!slice) return pass(slice.error());
+    if (!slice) return slice.error();
     addSlice(answer, body.name, slice->mesh, hasGivenAxes(hyperplane));
   }
   return answer.finish();
@@ -324,12 +324,12 @@ Result<Answer> sliceBy(const std::vector<NamedSource>& bodies,
 
 Result<Answer> describeFile(const std::filesystem::path& path) {
   auto reader = formats::T4dReader::open(path, formats::T4dOpen::Checked, {}, formats::kAnyCells);
-  if (!reader) return pass(reader.error());
+  if (!reader) return reader.error();
   const formats::Metadata& metadata = reader->metadata();
   AnswerBuilder answer = description(reader->version(), metadata.features);
   for (std::size_t i = 0; i < reader->bodyCount(); ++i) {
     Describer describer;
-    if (auto done = reader->readThrough(i, describer); !done) return pass(done.error());
+    if (auto done = reader->readThrough(i, describer); !done) return done.error();
     ordered_json within = describer.within();
     answer.add(std::move(describer).answer(metadata.bodies[i].name), std::move(within));
   }
@@ -338,13 +338,13 @@ Result<Answer> describeFile(const std::filesystem::path& path) {
 
 Result<Answer> sliceFile(const std::filesystem::path& path, double time) {
   auto reader = formats::T4dReader::open(path, formats::T4dOpen::Whole, {}, formats::kAnyCells);
-  if (!reader) return pass(reader.error());
+  if (!reader) return reader.error();
   return sliceAt(bodiesOf(*reader), time);
 }
 
 Result<Answer> sliceFile(const std::filesystem::path& path, const slice::Hyperplane& hyperplane) {
   auto reader = formats::T4dReader::open(path, formats::T4dOpen::Whole, {}, formats::kAnyCells);
-  if (!reader) return pass(reader.error());
+  if (!reader) return reader.error();
   return sliceBy(bodiesOf(*reader), hyperplane);
 }
 

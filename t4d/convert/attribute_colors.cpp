@@ -212,7 +212,7 @@ Result<AttributeColors> attributeColors(const std::string& attribute, bool disti
   Range range(attribute, distinct);
   for (const model::Body& body : bodies) {
     RangeSink sink(range);
-    if (auto done = model::pump(*body.source, sink, progress); !done) return pass(done.error());
+    if (auto done = model::pump(*body.source, sink, progress); !done) return done.error();
   }
   return range.colors();
 }

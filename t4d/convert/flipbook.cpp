@@ -15,7 +15,7 @@ Result<FrameSlicesReport> writeFrames(std::span<const model::Body> bodies,
                                       std::span<const double> times, Result<Writer> writer,
                                       const FlipbookOptions& options,
                                       const model::Progress& progress) {
-  if (!writer) return pass(writer.error());
+  if (!writer) return writer.error();
   auto report = forEachFrame(
       bodies, times, {options.detail, options.velocity, options.paint, options.write.attributes},
       [&](std::size_t frame, std::span<const formats::NamedMesh> meshes) {
@@ -25,7 +25,7 @@ Result<FrameSlicesReport> writeFrames(std::span<const model::Body> bodies,
   if (!report) return report;
   if (!options.write.attributes) report->losses.clear();
   auto losses = writer->finish();
-  if (!losses) return pass(losses.error());
+  if (!losses) return losses.error();
   for (std::string& loss : *losses) report->losses.push_back(std::move(loss));
   report->files = writer->files();
   return report;

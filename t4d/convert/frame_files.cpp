@@ -94,7 +94,7 @@ Result<std::optional<system::Cleanup>> prepareFolder(const FrameNames& names, st
   if (error) {
     return fail(ErrorCode::Failed, "cannot read the folder: " + error.message(), folder.string());
   }
-  if (auto good = system::checkReplaceable(folder, files); !good) return pass(good.error());
+  if (auto good = system::checkReplaceable(folder, files); !good) return good.error();
   return std::nullopt;
 }
 
@@ -114,7 +114,7 @@ class SeriesFolder {
     std::call_once(once_, [&] {
       auto made = prepareFolder(names_, count_);
       if (!made) {
-        prepared_ = pass(made.error());
+        prepared_ = made.error();
         return;
       }
       made_ = std::move(*made);
@@ -223,7 +223,7 @@ Result<FrameNames> frameNames(const std::string& output, std::string_view extens
       names.collection = series + ".pvd";
     }
   }
-  if (auto good = checkWritableExtension(names); !good) return pass(good.error());
+  if (auto good = checkWritableExtension(names); !good) return good.error();
   if (!areClips(names)) return names;
   names.collection = fs::path(names.collection).replace_extension(kClips).string();
   return names;
@@ -233,7 +233,7 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
                                          std::span<const double> times, const FrameNames& names,
                                          const FrameFilesOptions& options,
                                          const model::Progress& progress) {
-  if (auto good = checkWritableExtension(names); !good) return pass(good.error());
+  if (auto good = checkWritableExtension(names); !good) return good.error();
   const model::PartRange own = options.part.of(times.size());
   const bool isWhole = options.part.count == 1;
   SeriesFolder folder(names, times.size());
@@ -255,7 +255,7 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
     how.time = times[frame];
     how.usd.timeCode = static_cast<double>(frame);
     auto lost = formats::writeTriangleMeshes(names.folder / name, meshes, how);
-    if (!lost) return pass(lost.error());
+    if (!lost) return lost.error();
     std::uint64_t vertices = 0;
     std::uint64_t triangles = 0;
     double volume = 0;
@@ -272,7 +272,7 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
   std::optional<formats::UsdClipSet> clips;
   if (areClips(names)) {
     auto made = formats::UsdClipSet::create(common);
-    if (!made) return pass(made.error());
+    if (!made) return made.error();
     clips = std::move(*made);
   }
   FrameFilesReport report;
@@ -298,7 +298,7 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
       forEachFrame(bodies, times.subspan(own.begin, own.size()),
                    {options.detail, std::move(velocity), options.paint, options.write.attributes},
                    list, progress, write);
-  if (!sliced) return pass(sliced.error());
+  if (!sliced) return sliced.error();
   static_cast<FrameSlicesReport&>(report) = std::move(*sliced);
   if (!options.write.attributes) report.losses.clear();
   for (std::string& line : losses.lines()) report.losses.push_back(std::move(line));
@@ -307,7 +307,7 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
   if (collects && isWhole) {
     const auto text = collectionOf(manifest.frames);
     if (auto done = formats::writeInFolder(names.folder, names.collection, text); !done) {
-      return pass(done.error());
+      return done.error();
     }
   }
   manifest.part = options.part;
@@ -317,7 +317,7 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
     std::vector<std::string> files;
     for (const FrameEntry& frame : manifest.frames) files.push_back(frame.file);
     if (auto done = clips->write(names.folder / names.collection, files); !done) {
-      return pass(done.error());
+      return done.error();
     }
   }
   manifest.space = options.space;
@@ -327,7 +327,7 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
   const std::string manifestName =
       isWhole ? names.manifest : manifestOfPart(names.manifest, options.part);
   if (auto done = writeManifest(names.folder / manifestName, manifest); !done) {
-    return pass(done.error());
+    return done.error();
   }
   folder.keep();
   return report;
@@ -366,7 +366,7 @@ namespace {
 
 Result<ordered_json> readPart(const fs::path& path) {
   const auto file = formats::readInputFile(path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   const auto bytes = file->bytes;
   ordered_json part = ordered_json::parse(bytes.begin(), bytes.end(), nullptr, false);
   const auto has = [](const ordered_json& value, const char* name) {
@@ -427,7 +427,7 @@ Result<std::uint64_t> joinManifests(const std::vector<fs::path>& paths, const fs
   std::vector<std::pair<ordered_json, fs::path>> read;
   for (const fs::path& path : paths) {
     auto part = readPart(path);
-    if (!part) return pass(part.error());
+    if (!part) return part.error();
     read.emplace_back(std::move(*part), path);
   }
   std::ranges::stable_sort(read, {}, [](const auto& one) {
@@ -440,7 +440,7 @@ Result<std::uint64_t> joinManifests(const std::vector<fs::path>& paths, const fs
     inOrder.push_back(path);
   }
   auto all = joined(inOrder, parts);
-  if (!all) return pass(all.error());
+  if (!all) return all.error();
   const std::string collection = (*all)["part"].value("collection", "");
   all->erase("part");
   if (!collection.empty()) {
@@ -450,10 +450,10 @@ Result<std::uint64_t> joinManifests(const std::vector<fs::path>& paths, const fs
     }
     if (auto done = formats::writeInFolder(into.parent_path(), collection, collectionOf(frames));
         !done) {
-      return pass(done.error());
+      return done.error();
     }
   }
-  if (auto done = writeManifestText(into, *all); !done) return pass(done.error());
+  if (auto done = writeManifestText(into, *all); !done) return done.error();
   return (*all)["frames"].size();
 }
 

@@ -36,12 +36,12 @@ class BodySlicer {
     if (!model::timeWithin(*body_.source, time)) return {};
     if (slicing_.detail == slice::SliceDetail::Exact) {
       auto slice = exact_.at(time);
-      if (!slice) return pass(slice.error());
+      if (!slice) return slice.error();
       frame.light = false;
       return add(number, std::move(*slice), /*light=*/false, frame);
     }
     auto slice = light_.at(time);
-    if (!slice) return pass(slice.error());
+    if (!slice) return slice.error();
     frame.light = frame.light && slice->light;
     frame.distance = std::max(frame.distance, slice->distance);
     if (!slice->light) frame.exact.emplace_back(body_.name, slice->whyExact);
@@ -57,7 +57,7 @@ class BodySlicer {
     if (const auto& velocity = slicing_.velocity) {
       const std::vector<double>& units = velocity->timeUnits;
       auto added = addVelocity(slice, {velocity->most, units.empty() ? 1 : units[number]});
-      if (!added) return pass(added.error());
+      if (!added) return added.error();
       frame.maxSpeed = std::max(frame.maxSpeed, added->maxSpeed);
       frame.clamped += added->clamped;
     }
@@ -119,7 +119,7 @@ Result<FrameSlicesReport> forEachFrame(std::span<const model::Body> bodies,
                                        std::span<const double> times, const FrameSlicing& slicing,
                                        const UseFrame& take, const model::Progress& progress,
                                        const UseFrame& prepare) {
-  if (auto checked = checkFrameTimes(bodies, times); !checked) return pass(checked.error());
+  if (auto checked = checkFrameTimes(bodies, times); !checked) return checked.error();
   std::vector<std::unique_ptr<BodySlicer>> slicers;
   for (const model::Body& body : bodies) {
     slicers.push_back(std::make_unique<BodySlicer>(body, slicing));
@@ -129,7 +129,7 @@ Result<FrameSlicesReport> forEachFrame(std::span<const model::Body> bodies,
     Frame frame;
     for (const auto& slicer : slicers) {
       if (auto added = slicer->add(number, times[number], frame); !added) {
-        return std::make_shared<Result<Frame>>(pass(added.error()));
+        return std::make_shared<Result<Frame>>(added.error());
       }
     }
     for (formats::NamedMesh& mesh : frame.meshes) {
@@ -138,7 +138,7 @@ Result<FrameSlicesReport> forEachFrame(std::span<const model::Body> bodies,
     }
     if (prepare) {
       if (auto prepared = prepare(number, frame.meshes); !prepared) {
-        return std::make_shared<Result<Frame>>(pass(prepared.error()));
+        return std::make_shared<Result<Frame>>(prepared.error());
       }
     }
     return std::make_shared<Result<Frame>>(std::move(frame));
@@ -149,7 +149,7 @@ Result<FrameSlicesReport> forEachFrame(std::span<const model::Body> bodies,
   std::set<std::string> noted;  // of each body, the first slab is named
   model::inOrder<FramePointer>(times.size(), frameAt, [&](const FramePointer& made) {
     if (!*made) {
-      done = pass(made->error());
+      done = made->error();
       return false;
     }
     Frame& frame = **made;
@@ -172,7 +172,7 @@ Result<FrameSlicesReport> forEachFrame(std::span<const model::Body> bodies,
     if (progress) progress(static_cast<double>(report.frames) / static_cast<double>(times.size()));
     return true;
   });
-  if (!done) return pass(done.error());
+  if (!done) return done.error();
   return report;
 }
 

@@ -59,7 +59,7 @@ class MorphSink : public PrismSteps {
   Result<void> paint(double time) {
     if (!paint_) return {};
     auto light = slice::LightSlicer(*body_.source).at(time);
-    if (!light) return pass(light.error());
+    if (!light) return light.error();
     shape_.mesh.attributes = std::move(light->slice.mesh.attributes);
     paint_(shape_, time);
     return {};
@@ -115,7 +115,7 @@ Result<std::unique_ptr<formats::ShapesWriter>> shapesWriter(std::span<const mode
                                                             const FlipbookOptions& options) {
   const auto kept = [](auto writer) -> Result<std::unique_ptr<formats::ShapesWriter>> {
     using Writer = typename decltype(writer)::value_type;
-    if (!writer) return pass(writer.error());
+    if (!writer) return writer.error();
     return std::make_unique<Writer>(std::move(*writer));
   };
   if (!formats::isUsd(path)) return kept(formats::MorphWriter::create(path, options.write));
@@ -132,10 +132,10 @@ Result<FrameSlicesReport> writeMorphFlipbook(std::span<const model::Body> bodies
                                              const FlipbookOptions& options,
                                              const model::Progress& progress) {
   if (auto checked = checkFlipbook(bodies, times, options); !checked) {
-    return pass(checked.error());
+    return checked.error();
   }
   const auto writer = shapesWriter(bodies, path, options);
-  if (!writer) return pass(writer.error());
+  if (!writer) return writer.error();
   const model::TimeSpan span{times.front(), times.back()};
   const auto count = static_cast<double>(times.size());
   // Times in USD are counted in frames.
@@ -154,13 +154,13 @@ Result<FrameSlicesReport> writeMorphFlipbook(std::span<const model::Body> bodies
                static_cast<double>(bodies.size()));
     };
     if (auto done = model::pump(*body.source, sink, progressOfBody); !done) {
-      return pass(ofBody(body.name, "does not keep its triangles", done.error()));
+      return ofBody(body.name, "does not keep its triangles", done.error());
     }
     report.distance = std::max(report.distance, sink.distance());
     report.triangles += sink.triangleCount();
   }
   auto lost = (*writer)->finish(count / perSecond);
-  if (!lost) return pass(lost.error());
+  if (!lost) return lost.error();
   report.losses = std::move(*lost);
   report.files = {path};
   return report;

@@ -43,7 +43,7 @@ class MorphFlipbook : public testing::Test {
   }
   Result<formats::AnimatedScene> read() const {
     const auto file = formats::readInputFile(path_);
-    if (!file) return pass(file.error());
+    if (!file) return file.error();
     return formats::readGltfAnimation(*file, {"", "", 1e-5, /*edgeFactor=*/0});
   }
 

@@ -10,7 +10,7 @@ namespace t4d::convert {
 
 using model::Slab;
 
-tl::unexpected<Error> PrismSteps::no(double time, const std::string& why) {
+Error PrismSteps::no(double time, const std::string& why) {
   return fail(ErrorCode::Unsupported, fmt::format("at time {}, {}", time, why));
 }
 

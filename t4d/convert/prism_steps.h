@@ -24,7 +24,7 @@ class PrismSteps : public model::Sink {
   const std::vector<model::Triangle>& triangles() const { return triangles_; }
 
   /// The error "at time ..., WHY".
-  static tl::unexpected<Error> no(double time, const std::string& why);
+  static Error no(double time, const std::string& why);
 
  private:
   Result<void> checkTriangles(const model::Slab& slab);

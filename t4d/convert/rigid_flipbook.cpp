@@ -146,7 +146,7 @@ Result<void> paint(const model::Body& body, const model::TimeSpan& span, const P
                    formats::NamedMesh& named) {
   const model::TimeSpan own = model::timeSpanOf({&body, 1});
   auto light = slice::LightSlicer(*body.source).at(std::clamp(span.begin, own.begin, own.end));
-  if (!light) return pass(light.error());
+  if (!light) return light.error();
   const model::TriangleMesh& mesh = light->slice.mesh;
   // A vertex that no triangle has is in the solid only.
   if (mesh.triangles == named.mesh.triangles &&
@@ -161,9 +161,9 @@ Result<std::vector<std::string>> writeUsd(const std::filesystem::path& path,
                                           std::span<const formats::RigidBody> bodies, double end,
                                           const FlipbookOptions& options) {
   auto writer = formats::UsdWriter::create(path, options.framesPerSecond, 1, options.write);
-  if (!writer) return pass(writer.error());
+  if (!writer) return writer.error();
   for (const formats::RigidBody& body : bodies) {
-    if (auto added = writer->addRigid(body); !added) return pass(added.error());
+    if (auto added = writer->addRigid(body); !added) return added.error();
   }
   return writer->finish(end);
 }
@@ -172,7 +172,7 @@ Result<std::vector<std::string>> writeUsd(const std::filesystem::path& path,
 
 Result<RigidMotion> rigidMotionOf(const model::Source& source, const model::Progress& progress) {
   RigidSink sink;
-  if (auto done = model::pump(source, sink, progress); !done) return pass(done.error());
+  if (auto done = model::pump(source, sink, progress); !done) return done.error();
   return sink.finish();
 }
 
@@ -182,7 +182,7 @@ Result<FrameSlicesReport> writeRigidFlipbook(std::span<const model::Body> bodies
                                              const FlipbookOptions& options,
                                              const model::Progress& progress) {
   if (auto checked = checkFlipbook(bodies, times, options); !checked) {
-    return pass(checked.error());
+    return checked.error();
   }
   const model::TimeSpan span{times.front(), times.back()};
   // Times in USD are counted in frames.
@@ -203,21 +203,21 @@ Result<FrameSlicesReport> writeRigidFlipbook(std::span<const model::Body> bodies
     };
     auto motion = rigidMotionOf(*body.source, progressOfBody);
     if (!motion) {
-      return pass(ofBody(body.name, "is not a rigid one whose poses are known", motion.error()));
+      return ofBody(body.name, "is not a rigid one whose poses are known", motion.error());
     }
     report.distance = std::max(report.distance, motion->distance);
     made.push_back(rigidBody(body, std::move(*motion), span, moving));
     formats::RigidBody& last = made.back();
     report.triangles += last.mesh.mesh.triangles.size();
     if (options.paint) {
-      if (auto done = paint(body, span, options.paint, last.mesh); !done) return pass(done.error());
+      if (auto done = paint(body, span, options.paint, last.mesh); !done) return done.error();
     }
     last.shown = shownTimes(body, times, perSecond);
     if (last.shown.size() == 1 && last.shown.front().second) last.shown.clear();
   }
   auto lost = isUsd ? writeUsd(path, made, seconds, options)
                     : formats::writeRigidAnimation(path, made, seconds, options.write);
-  if (!lost) return pass(lost.error());
+  if (!lost) return lost.error();
   report.losses = std::move(*lost);
   report.files = {path};
   return report;

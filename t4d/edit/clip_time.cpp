@@ -34,7 +34,7 @@ class ClippedSlab {
         splitter_(vertices_) {}
 
   Result<Slab> make() {
-    if (auto split = splitCells(); !split) return pass(split.error());
+    if (auto split = splitCells(); !split) return split.error();
     chooseVertices();
     Slab part;
     part.timeBegin = std::max(slab_.timeBegin, begin_);
@@ -165,7 +165,7 @@ Result<TimeClip> clipTime(const model::Source& source, const TimeSpan& span, mod
       continue;
     }
     const auto slab = source.slab(i);
-    if (!slab) return pass(slab.error());
+    if (!slab) return slab.error();
     // A run that ends where the span begins is no part of it, nor is one that begins at its end.
     if (isFlat && times.begin == span.begin && span.begin > whole.begin &&
         (*slab)->connectivity->upperCount == 0) {
@@ -178,18 +178,18 @@ Result<TimeClip> clipTime(const model::Source& source, const TimeSpan& span, mod
     ++clip.slabs;
     if (times.begin >= span.begin && times.end <= span.end) {
       clip.cells += (*slab)->connectivity->cells.size();
-      if (auto put = closer.put(**slab); !put) return pass(put.error());
+      if (auto put = closer.put(**slab); !put) return put.error();
     } else {
       ++clip.cutSlabs;
       auto part = ClippedSlab(**slab, span).make();
-      if (!part) return pass(part.error());
+      if (!part) return part.error();
       clip.cells += part->connectivity->cells.size();
-      if (auto put = closer.put(*part); !put) return pass(put.error());
+      if (auto put = closer.put(*part); !put) return put.error();
     }
     if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(source.slabCount()));
   }
   auto caps = closer.finish();
-  if (!caps) return pass(caps.error());
+  if (!caps) return caps.error();
   for (const RunEnd& end : *caps) {
     if (end.open) {
       return invalid(fmt::format("the mesh is open at time {} and cannot be closed there: {}",

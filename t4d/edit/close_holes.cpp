@@ -67,7 +67,7 @@ Result<void> fillHoles(TriangleMesh& mesh, const MendSurfaceOptions& options,
   for (const auto& loop : loops) {
     if (loop.size() < 3) continue;  // two triangles that go the same way along one edge
     const auto triangles = fillHole(mesh, loop, apexesOf(mesh, edges, loop));
-    if (!triangles) return pass(triangles.error());
+    if (!triangles) return triangles.error();
     mesh.triangles.insert(mesh.triangles.end(), triangles->begin(), triangles->end());
     ++filled;
     added += triangles->size();

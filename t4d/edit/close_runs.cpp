@@ -220,7 +220,7 @@ Result<void> RunCloser::put(const Slab& slab) {
 }
 
 Result<std::vector<RunEnd>> RunCloser::finish() {
-  if (auto ended = endRun(false); !ended) return pass(ended.error());
+  if (auto ended = endRun(false); !ended) return ended.error();
   return std::move(ends_);
 }
 

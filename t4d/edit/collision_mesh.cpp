@@ -26,7 +26,7 @@ Result<bool> isSimple(const TriangleMesh& mesh) {
   if (!model::checkClosedSurface(mesh)) return false;
   if (!findsCrossings()) return true;
   const auto crossings = findCrossings(mesh, 1);
-  if (!crossings) return pass(crossings.error());
+  if (!crossings) return crossings.error();
   return crossings->none();
 }
 
@@ -42,7 +42,7 @@ Result<std::optional<ReducedSurface>> simpleReduction(const TriangleMesh& mesh,
     for (int k = 0; k < kTries; ++k, goal *= factor) {
       ReducedSurface reduced = reducedSurface(mesh, static_cast<std::size_t>(goal));
       const auto simple = isSimple(reduced.mesh);
-      if (!simple) return pass(simple.error());
+      if (!simple) return simple.error();
       if (*simple) return reduced;
     }
   }
@@ -94,9 +94,9 @@ Result<std::optional<Envelope>> closestEnclosing(const Silhouette& silhouette,
     auto envelope =
         envelopeOf(silhouette, options,
                    model::partOf(progress, round / double(kRounds), (round + 1) / double(kRounds)));
-    if (!envelope) return pass(envelope.error());
+    if (!envelope) return envelope.error();
     auto reduced = simpleReduction(envelope->mesh, triangles);
-    if (!reduced) return pass(reduced.error());
+    if (!reduced) return reduced.error();
     double kept = 0;
     if (*reduced) kept = places.margin((*reduced)->mesh, needed + allowance.value());
     if (kept >= needed) {
@@ -119,7 +119,7 @@ Result<Envelope> collisionMeshOf(const Silhouette& silhouette, EnvelopeOptions o
   }
   if (silhouette.surface.triangles.empty()) return Envelope{};
   auto found = closestEnclosing(silhouette, std::move(options), triangles, progress);
-  if (!found) return pass(found.error());
+  if (!found) return found.error();
   if (!*found) {
     return fail(ErrorCode::Failed,
                 fmt::format("no mesh of {} triangles was found that contains the motion; allow "

@@ -18,7 +18,7 @@ Result<std::vector<ContactTime>> contactTimes(std::span<const model::Body> obsta
         *obstacles[i].source, *body.source,
         {.clearance = clearance > 0, .clearanceOverTime = clearance > 0, .overlapVolumes = false},
         progress ? model::Progress(part) : model::Progress());
-    if (!collision) return pass(collision.error());
+    if (!collision) return collision.error();
     for (const measure::ContactInterval& contact : collision->intervals) {
       found.push_back({{contact.begin, contact.end},
                        (contact.begin + contact.end) / 2,

@@ -190,7 +190,7 @@ Result<model::Mesh> assembled(const Mesh4d& mesh, std::vector<std::vector<Cell>>
       const bool ofCells = attribute.domain == model::Domain::Cell;
       slab.attributes.push_back(rowsOf(attribute, ofCells ? cellsOf[i] : chosen));
     }
-    if (auto put = made.put(slab); !put) return pass(put.error());
+    if (auto put = made.put(slab); !put) return put.error();
   }
   return made;
 }
@@ -202,7 +202,7 @@ Result<model::Mesh> oneSlab(Mesh4d mesh, const std::vector<double>& times) {
   model::Mesh slabs;
   auto put = slabs.put({times.front(), times.back(), std::move(mesh.vertices), connectivity,
                         std::move(mesh.attributes)});
-  if (!put) return pass(put.error());
+  if (!put) return put.error();
   return slabs;
 }
 
@@ -216,7 +216,7 @@ Result<CutMesh> cutIntoSlabs(Mesh4d mesh, const SlabCuts& cuts) {
   CutMesh result;
   if (at.empty()) {
     auto whole = oneSlab(std::move(mesh), times);
-    if (!whole) return pass(whole.error());
+    if (!whole) return whole.error();
     result.mesh = std::move(*whole);
     return result;
   }
@@ -231,7 +231,7 @@ Result<CutMesh> cutIntoSlabs(Mesh4d mesh, const SlabCuts& cuts) {
   }
   if (result.splitTetrahedra > 0) {
     const auto isSplit = [&](const Cell& cell) { return places.isSplit(cell); };
-    if (auto good = checkNoTwins(mesh.cells, isSplit); !good) return pass(good.error());
+    if (auto good = checkNoTwins(mesh.cells, isSplit); !good) return good.error();
   }
   std::vector<std::vector<Cell>> cells(at.size() + 1);
   for (std::size_t i = 0; i < cells.size(); ++i) cells[i].reserve(counts[i]);
@@ -280,7 +280,7 @@ Result<CutMesh> cutIntoSlabs(Mesh4d mesh, const SlabCuts& cuts) {
     }
   }
   auto slabs = assembled(mesh, std::move(cells), cellsOf, bounds);
-  if (!slabs) return pass(slabs.error());
+  if (!slabs) return slabs.error();
   result.mesh = std::move(*slabs);
   return result;
 }

@@ -100,7 +100,7 @@ Result<std::shared_ptr<const Slab>> DisplacedSource::slab(std::size_t index) con
     const auto from = tracks_.source().slab(piece.slab);
     if (!from) return from;
     auto made = cap(piece, **from);
-    if (!made) return pass(made.error());
+    if (!made) return made.error();
     if (withAttribute_) addAttribute(piece, *made);
     return caps_[index] = std::make_shared<const Slab>(std::move(*made));
   }
@@ -109,7 +109,7 @@ Result<std::shared_ptr<const Slab>> DisplacedSource::slab(std::size_t index) con
   Slab made;
   if (isChanged(index)) {
     auto stepped = step(piece, **from);
-    if (!stepped) return pass(stepped.error());
+    if (!stepped) return stepped.error();
     made = std::move(*stepped);
   } else {
     made = **from;
@@ -176,7 +176,7 @@ Result<Slab> DisplacedSource::cap(const Piece& piece, const Slab& from) const {
   if (!filled && filled.error().code == ErrorCode::Unsupported) {
     filled = mesh4d::fillSolid(mesh, mesh4d::CapMethod::Cone);
   }
-  if (!filled) return pass(filled.error());
+  if (!filled) return filled.error();
   auto connectivity = std::make_shared<model::Connectivity>(
       *(begins ? startCapConnectivity(*filled, mesh) : endCapConnectivity(*filled, mesh)));
   connectivity->cellAttributes.clear();

@@ -163,8 +163,8 @@ Result<void> makeOffset(const TriangleMesh& surface, const VisitLattice& visits,
   envelope.mesh = roundedTo(options, std::move(offset.mesh));
   if (!findsCrossings()) return {};
   const auto crossings = findCrossings(envelope.mesh, 1);
-  if (!crossings) return pass(crossings.error());
-  if (!crossings->none()) return pass(tooFine(envelope.voxelSize, options));
+  if (!crossings) return crossings.error();
+  if (!crossings->none()) return tooFine(envelope.voxelSize, options);
   envelope.selfIntersections = 0;
   return {};
 }
@@ -178,12 +178,12 @@ Result<Envelope> withVoxels(double voxelSize, const Silhouette& silhouette,
   const TriangleMesh& surface = silhouette.surface;
   const double rounding = roundingOfOutput(model::boundsOf(surface), options);
   envelope.errorBound = std::numbers::sqrt3 * voxelSize + rounding;
-  if (voxelSize < rounding) return pass(tooFine(voxelSize, options));
+  if (voxelSize < rounding) return tooFine(voxelSize, options);
   auto lattice = latticeFor(surface, voxelSize, options);
   if (!lattice) {
     Error error = lattice.error();
     error.message += "; " + fittingText(surface, voxelSize, options);
-    return pass(std::move(error));
+    return error;
   }
   const double bytes = bytesFor(surface, *lattice, options);
   if (bytes > options.maxBytes) {
@@ -199,7 +199,7 @@ Result<Envelope> withVoxels(double voxelSize, const Silhouette& silhouette,
                             /*withCrossings=*/!options.reach);
   if (options.reach) {
     auto done = makeOffset(surface, visits, options, envelope, model::partOf(progress, 0.2, 0.8));
-    if (!done) return pass(done.error());
+    if (!done) return done.error();
     return envelope;
   }
   if (const auto missed = measure::missedPoint(surface, visits)) {
@@ -215,7 +215,7 @@ Result<Envelope> withVoxels(double voxelSize, const Silhouette& silhouette,
     if (!findsCrossings()) break;
     constexpr std::size_t kMost = 1'000'000;
     const auto crossings = findCrossings(envelope.mesh, kMost);
-    if (!crossings) return pass(crossings.error());
+    if (!crossings) return crossings.error();
     if (crossings->none()) {
       envelope.selfIntersections = 0;
       break;
@@ -223,7 +223,7 @@ Result<Envelope> withVoxels(double voxelSize, const Silhouette& silhouette,
     std::vector<std::uint32_t> crossing = crossings->flat;
     for (const auto& [a, b] : crossings->pairs) crossing.insert(crossing.end(), {a, b});
     if (!made.makePlain(crossing)) {
-      return pass(tooFine(voxelSize, options));
+      return tooFine(voxelSize, options);
     }
   }
   return envelope;
@@ -313,7 +313,7 @@ Result<Envelope> onLattice(const Silhouette& silhouette, const EnvelopeOptions& 
       error.message += works > 0 ? fmt::format("; {} works", works)
                                  : std::string("; none that finds the solid is large enough");
     }
-    return pass(std::move(error));
+    return error;
   }
   if (envelope->mesh.triangles.empty() && silhouette.visitsVolume > 0) {
     const double first = forParts > 0 ? std::min(forParts, size / 2) : size / 2;
@@ -343,16 +343,16 @@ Result<Envelope> exactly(const Silhouette& silhouette, const EnvelopeOptions& op
     Error error = taken.error();
     error.message = "the exact envelope cannot be made: " + error.message;
     error.remedy = Remedy::None;
-    return pass(std::move(error));
+    return error;
   }
   mesh = roundedTo(options, std::move(mesh));
   auto sound = isSound(mesh);
-  if (!sound) return pass(sound.error());
+  if (!sound) return sound.error();
   constexpr double kRounding = 0x1p-36;  // of the coordinates, after as many rounds as there may be
   envelope.errorBound =
       kRounding * largestCoordinate(bounds, Point3::Zero()) + roundingOfOutput(bounds, options);
   if (!*sound) {
-    if (auto apart = takeApart(mesh, changes); !apart) return pass(apart.error());
+    if (auto apart = takeApart(mesh, changes); !apart) return apart.error();
     constexpr double kApart = 1e-5;
     envelope.errorBound = std::max(envelope.errorBound, kApart * diagonal);
   }

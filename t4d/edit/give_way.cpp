@@ -80,7 +80,7 @@ Result<Displacement> spread(const VertexTracks& tracks, const std::map<LayerKey,
   for (const auto& [from, layerPushes] : pushes) {
     if (layerPushes.empty()) continue;
     const auto places = placesAt(tracks, from);
-    if (!places) return pass(places.error());
+    if (!places) return places.error();
     const PointGrid grid(*places, by.space);
     MovedVertices inSpace;
     for (const auto& [vertex, push] : layerPushes) {

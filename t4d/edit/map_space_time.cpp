@@ -13,10 +13,10 @@ Result<MappedMesh> mapSpaceTime(const model::Source& source, const Eigen::Matrix
   MappedMesh result;
   model::NullSink nothing;
   model::AttributeNames names(nothing);
-  if (auto read = model::pump(source, names); !read) return pass(read.error());
+  if (auto read = model::pump(source, names); !read) return read.error();
   result.droppedAttributes = names.names();
   const auto flat = model::flatten(source, progress);
-  if (!flat) return pass(flat.error());
+  if (!flat) return flat.error();
   formats::Mesh4d mesh;
   mesh.vertices.reserve(static_cast<std::size_t>(flat->vertices.rows()));
   for (const auto& row : flat->vertices.rowwise()) {
@@ -28,7 +28,7 @@ Result<MappedMesh> mapSpaceTime(const model::Source& source, const Eigen::Matrix
     if (sign < 0) std::swap(mesh.cells.back()[2], mesh.cells.back()[3]);
   }
   auto cut = cutIntoSlabs(std::move(mesh));
-  if (!cut) return pass(cut.error());
+  if (!cut) return cut.error();
   result.cut = std::move(*cut);
   return result;
 }

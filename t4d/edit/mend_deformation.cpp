@@ -89,7 +89,7 @@ Result<void> checkNothingToMove(const TriangleMesh& mesh, bool nested) {
   if (!findsCrossings()) return {};
   constexpr std::size_t kCounted = 1000;
   const auto crossings = findCrossings(mesh, kCounted);
-  if (!crossings) return pass(crossings.error());
+  if (!crossings) return crossings.error();
   if (crossings->none()) return {};
   return invalid(fmt::format("{}{} pairs of triangles meet and {} are flat at the first key; {}",
                              crossings->complete ? "" : "more than ", crossings->pairs.size(),
@@ -102,8 +102,8 @@ Result<MendSurfaceReport> mendDeformation(TriangleMesh& mesh,
                                           std::unique_ptr<model::VertexKeys>& keys,
                                           const MendSurfaceOptions& options) {
   TriangleMesh before{std::vector<Point3>(mesh.vertices.size()), mesh.triangles, {}};
-  if (auto read = keys->positions(0, before.vertices); !read) return pass(read.error());
-  if (auto checked = checkElements(before); !checked) return pass(checked.error());
+  if (auto read = keys->positions(0, before.vertices); !read) return read.error();
+  if (auto checked = checkElements(before); !checked) return checked.error();
   MendSurfaceReport report;
   if (isClosed(before)) report.volumeBefore = signedVolume(before);
   TriangleMesh work = before;
@@ -120,10 +120,10 @@ Result<MendSurfaceReport> mendDeformation(TriangleMesh& mesh,
   if (!done) {
     Error error = done.error();
     if (error.remedy == Remedy::Remesh) error.remedy = Remedy::None;
-    return pass(error);
+    return error;
   }
   const bool nested = faceOutward(work, report.changes);
-  if (auto good = checkNothingToMove(work, nested); !good) return pass(good.error());
+  if (auto good = checkNothingToMove(work, nested); !good) return good.error();
   report.components = componentsOf(work, matesOf(work, edgesOf(work))).size();
   for (std::size_t i = 0; i < kept.size(); ++i) work.vertices[i] = before.vertices[kept[i]];
   if (!report.changes.empty()) {

@@ -191,7 +191,7 @@ std::string describe(const Mesh4d& mesh, const Facet& facet) {
   return text;
 }
 
-tl::unexpected<Error> notClosed(const Mesh4d& mesh, const std::vector<Facet>& unmatched) {
+Error notClosed(const Mesh4d& mesh, const std::vector<Facet>& unmatched) {
   const auto first = std::ranges::find_if_not(unmatched, &Facet::isClosed);
   const auto count = std::ranges::count_if(unmatched, [](const Facet& f) { return !f.isClosed(); });
   return invalid(
@@ -203,7 +203,7 @@ tl::unexpected<Error> notClosed(const Mesh4d& mesh, const std::vector<Facet>& un
 }
 
 /// A solid without content, which validation would call inside out.
-tl::unexpected<Error> notSolid(const Mesh4d& mesh) {
+Error notSolid(const Mesh4d& mesh) {
   const auto flat = std::ranges::count_if(mesh.cells, [&](const Cell& cell) {
     Eigen::Matrix<double, 4, 3> edges;
     for (int i = 0; i < 3; ++i) edges.col(i) = mesh.vertices[cell[i + 1]] - mesh.vertices[cell[0]];

@@ -48,7 +48,7 @@ Result<void> closeAndSeparate(TriangleMesh& mesh, const MendSurfaceOptions& opti
   if (auto apart = separate(mesh, changes); !apart) return apart;
   dropUnusedVertices(mesh);
   const auto sound = isSound(mesh);
-  if (!sound) return pass(sound.error());
+  if (!sound) return sound.error();
   if (*sound) return {};
   return fail(ErrorCode::Unsupported, "the mended surface would still have faults", {},
               Remedy::Remesh);
@@ -64,7 +64,7 @@ Result<void> remesh(TriangleMesh& mesh, double voxelSize, const model::UnitScale
   }
   for (Point3& vertex : mesh.vertices) vertex = scale.fromUnit(vertex);
   auto made = remeshSurface(mesh, voxelSize, progress);
-  if (!made) return pass(made.error());
+  if (!made) return made.error();
   mesh = scale.toUnit(*made);
   note(changes, SurfaceFault::Remeshed, mesh.triangles.size(),
        fmt::format("made a new surface of {} from voxels of {}",
@@ -148,7 +148,7 @@ const char* nameOf(SurfaceFault kind) {
 
 Result<MendSurfaceReport> mendSurface(TriangleMesh& mesh, const MendSurfaceOptions& options,
                                       const model::Progress& progress) {
-  if (auto checked = checkElements(mesh); !checked) return pass(checked.error());
+  if (auto checked = checkElements(mesh); !checked) return checked.error();
   MendSurfaceReport report;
   if (isClosed(mesh)) report.volumeBefore = signedVolume(mesh);
   TriangleMesh work;
@@ -166,19 +166,19 @@ Result<MendSurfaceReport> mendSurface(TriangleMesh& mesh, const MendSurfaceOptio
   const std::size_t changesBefore = report.changes.size();
   if (done) done = closeAndSeparate(work, options, scale, report.changes);
   if (!done) {
-    if (!options.remesh || done.error().remedy != Remedy::Remesh) return pass(done.error());
+    if (!options.remesh || done.error().remedy != Remedy::Remesh) return done.error();
     work = std::move(beforeHoles);
     report.changes.resize(changesBefore);
     done = remesh(work, *options.remesh, scale, report.changes, progress);
-    if (!done) return pass(done.error());
+    if (!done) return done.error();
     const auto sound = isSound(work);
-    if (!sound) return pass(sound.error());
+    if (!sound) return sound.error();
     if (!*sound) return fail(ErrorCode::Failed, "the new surface has faults");
   }
   report.components = componentsOf(work, matesOf(work, edgesOf(work))).size();
   for (Point3& vertex : work.vertices) vertex = scale.fromUnit(vertex);
   if (!report.changes.empty()) {
-    if (auto near = measureMove(mesh, work, options, report); !near) return pass(near.error());
+    if (auto near = measureMove(mesh, work, options, report); !near) return near.error();
   }
   report.volumeAfter = signedVolume(work);
   report.closed = true;

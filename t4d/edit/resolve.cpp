@@ -72,7 +72,7 @@ class Obstacles {
     for (std::size_t i = 0; i < slicers_.size(); ++i) {
       if (time < times_[i].begin || time > times_[i].end) continue;
       const auto slice = slicers_[i]->at(time);
-      if (!slice) return pass(slice.error());
+      if (!slice) return slice.error();
       append(slice->slice.mesh, all);
     }
     std::shared_ptr<const SolidSample> sample;
@@ -138,7 +138,7 @@ class Attempt {
           bodies_, {body_.name, source(false).get()}, options_.clearance,
           progress ? [&](double part) { progress((rounds_ + part) / options_.maxRounds); }
                    : model::Progress());
-      if (!now) return pass(now.error());
+      if (!now) return now.error();
       if (now->empty()) {
         ++rounds_;
         return {};
@@ -178,7 +178,7 @@ class Attempt {
       bool more = false;
       for (const LayerKey& key : keys) {
         const auto near = nearAt(key, layers_.at(key), false);
-        if (!near) return pass(near.error());
+        if (!near) return near.error();
         more = more || !near->empty();
         if (auto done = push(key, *near); !done) return done;
       }
@@ -224,14 +224,14 @@ class Attempt {
         const LayerKey key{lower.step, middle};
         displacement_[key];
         const auto near = nearAt(key, time, true);
-        if (!near) return pass(near.error());
+        if (!near) return near.error();
         return push(key, *near);
       }
     }
     // Both layers follow what the time between them asks for.
     const double fraction = begin + (end - begin) * (contact.time - from) / (to - from);
     const auto near = nearAt({lower.step, fraction}, contact.time, true);
-    if (!near) return pass(near.error());
+    if (!near) return near.error();
     if (near->empty()) return nudge(lower, upper, contact);
     if (auto done = push(lower, *near); !done) return done;
     return push(upper, *near);
@@ -245,11 +245,11 @@ class Attempt {
   /// Moves the corners of the triangle nearest to a contact a little.
   Result<void> nudge(const LayerKey& lower, const LayerKey& upper, const ContactTime& contact) {
     const auto sample = obstacles_.at(contact.time);
-    if (!sample) return pass(sample.error());
+    if (!sample) return sample.error();
     if (*sample == nullptr) return {};
     for (const LayerKey& key : {lower, upper}) {
       auto mesh = meshAt(key);
-      if (!mesh) return pass(mesh.error());
+      if (!mesh) return mesh.error();
       const std::vector<Point3> normals = normalsOf(*mesh);
       const SolidSample self(std::move(*mesh));
       std::vector<Near> near;
@@ -264,7 +264,7 @@ class Attempt {
   /// The surface at a layer or between two, as it is displaced now.
   Result<TriangleMesh> meshAt(const LayerKey& key) const {
     auto places = placesAt(tracks_, key);
-    if (!places) return pass(places.error());
+    if (!places) return places.error();
     TriangleMesh mesh{std::move(*places), tracks_.triangles(), {}};
     if (const auto known = displacement_.find(key); known != displacement_.end()) {
       for (const auto& [vertex, by] : known->second) mesh.vertices[vertex] += by;
@@ -287,11 +287,11 @@ class Attempt {
   /// triangles and edges are looked at, too.
   Result<std::vector<Near>> nearAt(const LayerKey& key, double time, bool fine) {
     const auto found = obstacles_.at(time);
-    if (!found) return pass(found.error());
+    if (!found) return found.error();
     if (*found == nullptr) return std::vector<Near>();
     const SolidSample& obstacle = **found;
     const auto mesh = meshAt(key);
-    if (!mesh) return pass(mesh.error());
+    if (!mesh) return mesh.error();
     const std::vector<Point3> normals = normalsOf(*mesh);
     std::vector<Near> all(mesh->vertices.size());
     tbb::parallel_for(std::size_t{0}, all.size(), [&](std::size_t i) {
@@ -383,7 +383,7 @@ class Attempt {
       known.depth = std::max(known.depth, depth);
       if (known.depth > maxMove_) {
         const auto places = placesAt(tracks_, key);
-        if (!places) return pass(places.error());
+        if (!places) return places.error();
         return fail(
             ErrorCode::Failed,
             fmt::format("at time {:.6g} its point {} would have to move by {:.6g}, but "
@@ -398,7 +398,7 @@ class Attempt {
   Result<void> spreadPushes() {
     if (!options_.smoothSpace) by_.space = std::max(by_.space, 3 * deepest_);
     auto spreadOut = spread(tracks_, layers_, pushes_, by_);
-    if (!spreadOut) return pass(spreadOut.error());
+    if (!spreadOut) return spreadOut.error();
     displacement_ = std::move(*spreadOut);
     return {};
   }
@@ -435,18 +435,18 @@ double meanEdge(const TriangleMesh& mesh) {
 Result<void> checkCrossings(const VertexTracks& tracks, const DisplacedSource& source) {
   if (!findsCrossings()) return {};
   const auto first = tracks.layer(0);
-  if (!first) return pass(first.error());
+  if (!first) return first.error();
   const TriangleMesh mesh{*first, tracks.triangles(), {}};
   const auto sound = findCrossings(mesh, 1);
-  if (!sound) return pass(sound.error());
+  if (!sound) return sound.error();
   if (!sound->pairs.empty()) return {};  // the body did before
   for (std::size_t i = 0; i < source.slabCount(); ++i) {
     const model::TimeSpan span = source.timeSpan(i);
     if (!source.isChanged(i) || !(span.begin < span.end)) continue;
     const auto slab = source.slab(i);
-    if (!slab) return pass(slab.error());
+    if (!slab) return slab.error();
     const auto crossing = crossingWithin(mesh, **slab);
-    if (!crossing) return pass(crossing.error());
+    if (!crossing) return crossing.error();
     if (!*crossing) continue;
     return fail(ErrorCode::Failed,
                 fmt::format("its surface would cross itself at time {:.6g}, at {}; give way over a "
@@ -464,7 +464,7 @@ Result<void> fillReport(const VertexTracks& tracks, const Attempt& attempt,
   report.smoothTime = attempt.spreadUsed().time;
   for (const auto& [key, time] : attempt.layers()) {
     auto places = placesAt(tracks, key);
-    if (!places) return pass(places.error());
+    if (!places) return places.error();
     TriangleMesh mesh{std::move(*places), tracks.triangles(), {}};
     ResolvedLayer layer{time, signedVolume(mesh), 0, 0};
     layer.volumeAfter = layer.volumeBefore;
@@ -488,9 +488,9 @@ Result<void> fillReport(const VertexTracks& tracks, const Attempt& attempt,
     report.layers.push_back(layer);
   }
   const auto before = measure::checkMesh(tracks.source());
-  if (!before) return pass(before.error());
+  if (!before) return before.error();
   const auto after = measure::checkMesh(source);
-  if (!after) return pass(after.error());
+  if (!after) return after.error();
   if (before->valid() && !after->valid()) {
     return fail(ErrorCode::Failed,
                 "the mesh would not be valid: " + after->issues.issues.front().message);
@@ -512,14 +512,14 @@ Result<ResolvedBody> resolve(std::span<const Body> obstacles, const Body& body,
   ResolvedBody unchanged{std::shared_ptr<const model::Source>(std::shared_ptr<void>(), body.source),
                          {}};
   auto contacts = contactTimes(obstacles, body, options.clearance, progress);
-  if (!contacts) return pass(contacts.error());
+  if (!contacts) return contacts.error();
   if (contacts->empty()) return unchanged;
 
   auto tracks = VertexTracks::of(*body.source);
-  if (!tracks) return pass(tracks.error());
+  if (!tracks) return tracks.error();
   auto held = std::make_shared<Resolved>(Resolved{std::move(*tracks), nullptr});
   const auto first = held->tracks.layer(0);
-  if (!first) return pass(first.error());
+  if (!first) return first.error();
   const TriangleMesh solid{*first, held->tracks.triangles(), {}};
   const Point3 extent = boundsOf(solid).max - boundsOf(solid).min;
   const double maxMove = options.maxMove.value_or(extent.minCoeff() / 2);
@@ -540,7 +540,7 @@ Result<ResolvedBody> resolve(std::span<const Body> obstacles, const Body& body,
     ResolvedBody resolved{std::shared_ptr<const model::Source>(held, held->source.get()), {}};
     if (done) done = fillReport(held->tracks, attempt, *held->source, resolved.report);
     if (done) return resolved;
-    if (done.error().code != ErrorCode::Failed) return pass(done.error());
+    if (done.error().code != ErrorCode::Failed) return done.error();
     if (!why) why = done.error();
   }
   why->message = fmt::format("body '{}' cannot get out of the way: {}", body.name, why->message);
@@ -548,7 +548,7 @@ Result<ResolvedBody> resolve(std::span<const Body> obstacles, const Body& body,
     why->message +=
         fmt::format("; smoothing over two mean edges, {:.4g}, or more may find a way", twoEdges);
   }
-  return pass(*why);
+  return *why;
 }
 
 }  // namespace t4d::edit

@@ -57,7 +57,7 @@ class Simplifier {
     Slabs slabs;
     for (std::size_t i = window.begin; i < window.end; ++i) {
       auto slab = source_.slab(i);
-      if (!slab) return pass(slab.error());
+      if (!slab) return slab.error();
       slabs.push_back(withOnly(attributes, *slab));
     }
     return slabs;
@@ -66,7 +66,7 @@ class Simplifier {
   /// Simplifies what has no vertex in the first and the last layer of a window.
   Result<Simplified> inside(const Slabs& slabs) const {
     auto patch = patchOf(slabs, timeScale_);
-    if (!patch) return pass(patch.error());
+    if (!patch) return patch.error();
     for (model::Point4& vertex : patch->vertices) vertex.head<3>() -= origin_;
     if (options_.maxError) {
       std::ranges::fill(patch->reaches, kFirstReach * *options_.maxError);
@@ -220,7 +220,7 @@ Result<Survey> surveyOf(const model::Source& source, const measure::CheckOptions
   measure::MeshChecker checker(options);
   Survey survey;
   model::Tee both({&checker, &survey.attributes});
-  if (auto read = model::pump(source, both); !read) return pass(read.error());
+  if (auto read = model::pump(source, both); !read) return read.error();
   survey.mesh = checker.finish();
   if (survey.mesh.valid()) return survey;
   const auto& issues = survey.mesh.issues.issues;
@@ -246,21 +246,21 @@ model::Point3 originNear(const model::Bounds4& bounds) {
 
 Result<SimplifyReport> simplify(const model::Source& source, const SimplifyOptions& options,
                                 model::Sink& sink, const model::Progress& progress) {
-  if (auto sound = checkOptions(options); !sound) return pass(sound.error());
+  if (auto sound = checkOptions(options); !sound) return sound.error();
   if (source.slabCount() == 0) return invalid("the mesh has no cells");
   const auto all = windowsOf(source, options.windowSlabs);
-  if (!all) return pass(all.error());
+  if (!all) return all.error();
   const auto windows = windowsOfPart(*all, options.part);
-  if (!windows) return pass(windows.error());
+  if (!windows) return windows.error();
   const measure::CheckOptions asPart = {.vertexLinks = true,
                                         .goesOnBefore = !options.part.isFirst(),
                                         .goesOnAfter = !options.part.isLast()};
   const auto sound =
       surveyOf(model::SourcePart(source, windows->front().begin, windows->back().end), asPart);
-  if (!sound) return pass(sound.error());
+  if (!sound) return sound.error();
   const auto& [before, common] = *sound;
   if (auto known = checkPreserved(options.preserve, common.attributes()); !known) {
-    return pass(known.error());
+    return known.error();
   }
   measure::MeshChecker after(asPart);
   model::Tee both({&after, &sink});
@@ -276,16 +276,16 @@ Result<SimplifyReport> simplify(const model::Source& source, const SimplifyOptio
             simplifier.read((*windows)[i], common.attributes()));
       },
       [&](const Read& slabs) {
-        return std::make_shared<Result<Simplified>>(
-            *slabs ? simplifier.inside(**slabs) : Result<Simplified>(pass(slabs->error())));
+        return std::make_shared<Result<Simplified>>(*slabs ? simplifier.inside(**slabs)
+                                                           : Result<Simplified>(slabs->error()));
       },
       [&, count = 0.0](const Made& made) mutable {
-        done = *made ? simplifier.add(std::move(**made)) : Result<void>(pass(made->error()));
+        done = *made ? simplifier.add(std::move(**made)) : Result<void>(made->error());
         if (progress) progress(++count / static_cast<double>(windows->size()));
         return done.has_value();
       });
   if (done) done = simplifier.putLast();
-  if (!done) return pass(done.error());
+  if (!done) return done.error();
   const measure::MeshReport result = after.finish();
   SimplifyReport report;
   report.cellsBefore = before.tetrahedra;

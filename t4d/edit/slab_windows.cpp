@@ -13,7 +13,7 @@ constexpr std::uint64_t kWindowCells = 250'000;
 Result<std::uint64_t> cellsOf(const model::Source& source, std::size_t index) {
   if (const auto count = source.cellCount(index)) return *count;
   const auto slab = source.slab(index);
-  if (!slab) return pass(slab.error());
+  if (!slab) return slab.error();
   return (*slab)->connectivity->cells.size();
 }
 
@@ -26,7 +26,7 @@ Result<std::vector<Window>> windowsOf(const model::Source& source,
   bool wasFlat = true;
   for (std::size_t i = 0; i < source.slabCount(); ++i) {
     const auto cells = cellsOf(source, i);
-    if (!cells) return pass(cells.error());
+    if (!cells) return cells.error();
     const model::TimeSpan time = source.timeSpan(i);
     const bool isFlat = time.begin == time.end;
     const bool isFull = windows.empty() || (slabs ? i - windows.back().begin >= *slabs

@@ -196,7 +196,7 @@ Result<std::size_t> faultsOf(TriangleMesh mesh) {
   const std::size_t merged = weldVertices(mesh, 0);
   constexpr std::size_t kCounted = 1000;
   const auto crossings = findCrossings(mesh, kCounted);
-  if (!crossings) return pass(crossings.error());
+  if (!crossings) return crossings.error();
   return merged + crossings->pairs.size() + crossings->flat.size();
 }
 
@@ -204,7 +204,7 @@ Result<std::size_t> faultsOf(TriangleMesh mesh) {
 Result<void> moveToBest(TriangleMesh& mesh, const Copy& copy, const Point3& from) {
   Surroundings around = surroundingsOf(mesh, copy);
   auto fewest = faultsOf(around.mesh);
-  if (!fewest) return pass(fewest.error());
+  if (!fewest) return fewest.error();
   const Point3 side = copy.outward.cross(copy.toNeighbors).stableNormalized();
   for (const double factor : {1.0, 0.1, 0.01}) {
     for (const Point3& way : {copy.outward, copy.toNeighbors, side,
@@ -214,7 +214,7 @@ Result<void> moveToBest(TriangleMesh& mesh, const Copy& copy, const Point3& from
         const Point3 place = from + sign * factor * copy.step * way;
         around.mesh.vertices[around.vertex] = place;
         const auto found = faultsOf(around.mesh);
-        if (!found) return pass(found.error());
+        if (!found) return found.error();
         if (*found >= *fewest) continue;
         fewest = *found;
         mesh.vertices[copy.vertex] = place;
@@ -231,7 +231,7 @@ Result<std::vector<std::uint32_t>> faultyAmong(const std::vector<Copy>& copies,
   TriangleMesh merged = mesh;
   weldVertices(merged, 0);
   const auto crossings = findCrossings(merged, kMostPairs);
-  if (!crossings) return pass(crossings.error());
+  if (!crossings) return crossings.error();
   std::vector<bool> bad(mesh.triangles.size());
   for (const std::uint32_t triangle : crossings->flat) bad[triangle] = true;
   for (const auto& [a, b] : crossings->pairs) bad[a] = bad[b] = true;
@@ -255,7 +255,7 @@ Result<bool> isSound(const TriangleMesh& mesh) {
   if (!model::checkClosedSurface(merged)) return false;
   if (!findsCrossings()) return true;
   const auto crossings = findCrossings(merged, 1);
-  if (!crossings) return pass(crossings.error());
+  if (!crossings) return crossings.error();
   return crossings->none();
 }
 
@@ -274,7 +274,7 @@ Result<void> takeApart(TriangleMesh& mesh, Changes& changes) {
   constexpr int kRounds = 4;
   for (int round = 0; round <= kRounds; ++round) {
     const auto sound = isSound(apart);
-    if (!sound) return pass(sound.error());
+    if (!sound) return sound.error();
     if (*sound) {
       mesh = std::move(apart);
       note(changes, SurfaceFault::NonManifold, vertices,
@@ -286,11 +286,11 @@ Result<void> takeApart(TriangleMesh& mesh, Changes& changes) {
       return {};
     }
     const auto faulty = faultyAmong(copies, apart);
-    if (!faulty) return pass(faulty.error());
+    if (!faulty) return faulty.error();
     if (faulty->size() > kMostTried) break;
     for (const std::uint32_t i : *faulty) {
       if (auto moved = moveToBest(apart, copies[i], places[copies[i].vertex]); !moved) {
-        return pass(moved.error());
+        return moved.error();
       }
     }
   }

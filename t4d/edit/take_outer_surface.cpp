@@ -30,7 +30,7 @@ Result<void> takeOuterSurface(TriangleMesh& mesh, bool nested, Changes& changes)
   std::uint64_t dropped = 0;
   for (int round = 0;; ++round) {
     const auto crossings = findCrossings(mesh, kMostCrossings);
-    if (!crossings) return pass(crossings.error());
+    if (!crossings) return crossings.error();
     if (round == 0) {
       pairs = crossings->pairs.size();
       flat = crossings->flat.size();
@@ -44,7 +44,7 @@ Result<void> takeOuterSurface(TriangleMesh& mesh, bool nested, Changes& changes)
                   {}, Remedy::Remesh);
     }
     auto outer = outerSurface(mesh, *crossings);
-    if (!outer) return pass(outer.error());
+    if (!outer) return outer.error();
     if (outer->mesh.triangles.empty()) {
       return fail(ErrorCode::Unsupported, "the surface encloses nothing", {}, Remedy::Remesh);
     }

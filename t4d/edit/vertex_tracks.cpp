@@ -54,10 +54,10 @@ Result<VertexTracks> VertexTracks::of(const model::Source& source,
     }
     ++tracks.steps_;
     const auto slab = source.slab(i);
-    if (!slab) return pass(slab.error());
+    if (!slab) return slab.error();
     const auto& connectivity = (*slab)->connectivity;
     if (connectivity != known) {
-      if (auto good = model::checkConnectivity(*connectivity); !good) return pass(good.error());
+      if (auto good = model::checkConnectivity(*connectivity); !good) return good.error();
       if (connectivity->lowerCount != connectivity->upperCount) {
         return no("gets other vertices from layer to layer");
       }
@@ -94,7 +94,7 @@ double VertexTracks::layerTime(std::size_t step) const {
 Result<std::vector<model::Point3>> VertexTracks::layer(std::size_t step) const {
   const bool last = step == steps_;
   const auto slab = source_->slab(firstStep_ + step - (last ? 1 : 0));
-  if (!slab) return pass(slab.error());
+  if (!slab) return slab.error();
   std::vector<model::Point3> points;
   points.reserve(vertexCount_);
   for (const model::Point4& vertex : last ? (*slab)->upperLayer() : (*slab)->lowerLayer()) {

@@ -6,7 +6,7 @@
 namespace t4d::edit {
 namespace {
 
-tl::unexpected<Error> noCgal() {
+Error noCgal() {
   return fail(ErrorCode::Unsupported,
               "this build has no CGAL, which filling holes and taking the outer surface need");
 }

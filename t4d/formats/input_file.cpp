@@ -22,7 +22,7 @@ Result<InputFile> readInputFile(const std::filesystem::path& path) {
     return fail(ErrorCode::Io, std::move(message), path.string());
   };
   const auto size = system::sizeOfRegularFile(path);
-  if (!size) return pass(size.error());
+  if (!size) return size.error();
   if (*size == 0) return invalid("is empty", path.string());
 
   std::ifstream in(path, std::ios::binary);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kBufferBytes = std::size_t{1} << 20;
 
-tl::unexpected<Error> ioError(const std::filesystem::path& target, const char* doing) {
+Error ioError(const std::filesystem::path& target, const char* doing) {
   return fail(ErrorCode::Failed, fmt::format("cannot {}: {}", doing, std::strerror(errno)),
               target.string());
 }
@@ -76,7 +76,7 @@ Result<OutputFile> OutputFile::create(const std::filesystem::path& target) {
                   target.string());
     }
     auto part = system::PartFile::create(file.target_);
-    if (!part) return pass(part.error());
+    if (!part) return part.error();
     file.part_ = std::move(*part);
     file.descriptor_ = ::open(file.part_.path().c_str(), O_WRONLY | O_CLOEXEC | O_NOFOLLOW);
   }
@@ -196,7 +196,7 @@ Result<void> OutputFile::commitAll(std::span<OutputFile> files) {
 
 Result<void> writeOutputFile(const std::filesystem::path& target, std::string_view bytes) {
   auto file = OutputFile::create(target);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   return file->write(bytes.data(), bytes.size()).and_then([&] { return file->commit(); });
 }
 

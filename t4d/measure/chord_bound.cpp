@@ -146,7 +146,7 @@ Result<std::optional<ChordBound>> chordBound(const model::Source& source,
     const bool next = i + 1 < source.slabCount() && source.timeSpan(i + 1).end > span.begin;
     if (own.end <= span.begin && !next) continue;
     const auto slab = source.slab(i);
-    if (!slab) return pass(slab.error());
+    if (!slab) return slab.error();
     const auto& pose = (*slab)->upperPose;
     if (own.end > own.begin && own.end > span.begin) {
       // The first and the last layer of a part of a sweep are stated as they are.

@@ -55,7 +55,7 @@ Result<ClearanceSample> sampleOf(const slice::LightSlice& a, const slice::LightS
     return sample;
   }
   const auto found = collide(standing(meshA), standing(meshB), {.overlapVolumes = false});
-  if (!found) return pass(found.error());
+  if (!found) return found.error();
   if (const auto& nearest = found->clearance) {
     sample.distance = nearest->distance;
     sample.lowerBound = std::max(0.0, nearest->lowerBound - bound - a.distance - b.distance);
@@ -81,14 +81,14 @@ Result<std::vector<ClearanceSample>> clearanceOverTime(const model::Source& a,
         return interval.begin <= time && time <= interval.end;
       };
       const auto sliceA = slicerA.at(time);
-      if (!sliceA) return pass(sliceA.error());
+      if (!sliceA) return sliceA.error();
       const auto sliceB = slicerB.at(time);
-      if (!sliceB) return pass(sliceB.error());
+      if (!sliceB) return sliceB.error();
       // One that is empty has no distance: in a gap between runs of slabs.
       if (!sliceA->slice.mesh.triangles.empty() && !sliceB->slice.mesh.triangles.empty()) {
         auto sample = sampleOf(*sliceA, *sliceB, std::ranges::any_of(collision.intervals, meets),
                                verdict.knownBound());
-        if (!sample) return pass(sample.error());
+        if (!sample) return sample.error();
         sample->time = time;
         samples.push_back(*sample);
       }

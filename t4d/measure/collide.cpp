@@ -43,7 +43,7 @@ class PairSearches {
         all, always,
         [&](const Visit& visit) { return searches_[visit.pair].findContacts(visit.window); },
         [&](double part) { progress(kContacts * part); });
-    if (!done) return pass(done.error());
+    if (!done) return done.error();
     for (PairSearch& search : searches_) search.finishContacts();
     done = forEachWindow(
         [&](std::size_t pair) { return searches_[pair].findsClearance(); },
@@ -53,11 +53,11 @@ class PairSearches {
           return {};
         },
         [&](double part) { progress(kContacts + (1 - kContacts) * part); });
-    if (!done) return pass(done.error());
+    if (!done) return done.error();
     std::vector<Collision> collisions;
     for (PairSearch& search : searches_) {
       auto collision = search.finish();
-      if (!collision) return pass(collision.error());
+      if (!collision) return collision.error();
       collisions.push_back(std::move(*collision));
     }
     return collisions;
@@ -176,7 +176,7 @@ Result<Collision> collideInUnits(const SourcePair& pair, const model::UnitScale&
   const model::UnitSource b(*pair.b, space, time);
   const SourcePair inUnits{&a, &b};
   auto collisions = PairSearches({&inUnits, 1}, options).run(progress);
-  if (!collisions) return pass(collisions.error());
+  if (!collisions) return collisions.error();
   scaleBack(collisions->front(), space, time);
   return std::move(collisions->front());
 }
@@ -195,7 +195,7 @@ Result<std::vector<Collision>> collideAll(std::span<const SourcePair> pairs,
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const std::array<const Source*, 2> both = {pairs[i].a, pairs[i].b};
     const auto space = model::spaceScaleOf(both);
-    if (!space) return pass(space.error());
+    if (!space) return space.error();
     const model::UnitScale time = model::timeScaleOf(both);
     if (!space->changes() && !time.changes()) {
       together.push_back(pairs[i]);
@@ -203,11 +203,11 @@ Result<std::vector<Collision>> collideAll(std::span<const SourcePair> pairs,
       continue;
     }
     auto alone = collideInUnits(pairs[i], *space, time, options, [](double /*part*/) {});
-    if (!alone) return pass(alone.error());
+    if (!alone) return alone.error();
     collisions[i] = std::move(*alone);
   }
   auto found = PairSearches(together, options).run(report);
-  if (!found) return pass(found.error());
+  if (!found) return found.error();
   for (std::size_t i = 0; i < numbers.size(); ++i) collisions[numbers[i]] = std::move((*found)[i]);
   report(1);
   return collisions;
@@ -217,7 +217,7 @@ Result<Collision> collide(const Source& a, const Source& b, const CollideOptions
                           const model::Progress& progress) {
   const SourcePair pair{&a, &b};
   auto collisions = collideAll({&pair, 1}, options, progress);
-  if (!collisions) return pass(collisions.error());
+  if (!collisions) return collisions.error();
   return std::move(collisions->front());
 }
 

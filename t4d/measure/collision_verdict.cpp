@@ -43,9 +43,9 @@ Result<CollisionVerdict> verdictOn(const Collision& collision, const model::Sour
   CollisionVerdict result;
   if (!collision.common) return result;
   const auto boundA = chordBound(a, *collision.common, motions[0]);
-  if (!boundA) return pass(boundA.error());
+  if (!boundA) return boundA.error();
   const auto boundB = chordBound(b, *collision.common, motions[1]);
-  if (!boundB) return pass(boundB.error());
+  if (!boundB) return boundB.error();
   result.chordsA = *boundA;
   result.chordsB = *boundB;
   const ChordBound chordsA = boundA->value_or(ChordBound{});
@@ -59,9 +59,9 @@ Result<CollisionVerdict> verdictOn(const Collision& collision, const model::Sour
   for (const ContactInterval& interval : collision.intervals) {
     if (!interval.overlaps) continue;
     const auto sliceA = slicesOfA.at(interval.deepestTime);
-    if (!sliceA) return pass(sliceA.error());
+    if (!sliceA) return sliceA.error();
     const auto sliceB = slicesOfB.at(interval.deepestTime);
-    if (!sliceB) return pass(sliceB.error());
+    if (!sliceB) return sliceB.error();
     if (sliceA->mesh.triangles.empty() || sliceB->mesh.triangles.empty()) continue;
     const OverlapDepth depth(sliceA->mesh, sliceB->mesh);
     certain = certain || depth.greatest(chordsA.bound, chordsB.bound, /*any=*/true) > 0;

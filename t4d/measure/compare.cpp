@@ -14,7 +14,7 @@ Result<model::TriangleMesh> solidAt(std::span<const model::Body> bodies, double 
   for (const model::Body& body : bodies) {
     if (!model::timeWithin(*body.source, time)) continue;
     auto slice = slice::sliceAtTime(*body.source, time);
-    if (!slice) return pass(slice.error());
+    if (!slice) return slice.error();
     const auto first = static_cast<std::uint32_t>(solid.vertices.size());
     solid.vertices.insert(solid.vertices.end(), slice->mesh.vertices.begin(),
                           slice->mesh.vertices.end());
@@ -28,7 +28,7 @@ Result<model::TriangleMesh> solidAt(std::span<const model::Body> bodies, double 
 Result<SliceComparison> compareSolids(double time, const model::TriangleMesh& a,
                                       const model::TriangleMesh& b, const CompareOptions& options) {
   auto difference = solidDifference(a, b, options.difference);
-  if (!difference) return pass(difference.error());
+  if (!difference) return difference.error();
   SliceComparison comparison;
   comparison.time = time;
   comparison.volumeA = signedVolume(a);
@@ -47,9 +47,9 @@ Result<std::vector<SliceComparison>> compareAt(std::span<const model::Body> a,
                                                const model::Progress& progress) {
   const auto at = [&](std::size_t i) -> Result<SliceComparison> {
     auto solidOfA = solidAt(a, times[i]);
-    if (!solidOfA) return pass(solidOfA.error());
+    if (!solidOfA) return solidOfA.error();
     auto solidOfB = solidAt(b, times[i]);
-    if (!solidOfB) return pass(solidOfB.error());
+    if (!solidOfB) return solidOfB.error();
     return compareSolids(times[i], *solidOfA, *solidOfB, options);
   };
   using Item = std::shared_ptr<const Result<SliceComparison>>;
@@ -69,7 +69,7 @@ Result<std::vector<SliceComparison>> compareAt(std::span<const model::Body> a,
         }
         return true;
       });
-  if (error) return pass(*error);
+  if (error) return *error;
   return comparisons;
 }
 

@@ -40,7 +40,7 @@ class Sections {
       const bool atEnd = point[3] == slab_.timeEnd;
       slice::Slicer slicer(slice::Hyperplane::atTime(point[3]),
                            atEnd ? slice::OnHyperplane::Above : slice::OnHyperplane::Below);
-      if (auto put = slicer.put(slab_); !put) return pass(put.error());
+      if (auto put = slicer.put(slab_); !put) return put.error();
       found->second = slicer.finish().mesh;
     }
     return WindingNumber::exactAt(found->second, point.head<3>()) > 0.5;
@@ -170,7 +170,7 @@ Result<std::vector<SurfacePart>> InsideParts::find(const Slab& slab, std::uint64
       inside[k] = 0;
       if (inBounds) {
         const auto contains = sections.contains(point);
-        if (!contains) return pass(contains.error());
+        if (!contains) return contains.error();
         inside[k] = *contains ? 1 : 0;
       }
     }

@@ -68,7 +68,7 @@ Result<void> MeshChecker::put(const model::Slab& slab) {
 
 Result<MeshChecker::Checked> MeshChecker::check(
     const std::shared_ptr<const model::Connectivity>& connectivity) const {
-  if (auto sound = model::checkConnectivity(*connectivity); !sound) return pass(sound.error());
+  if (auto sound = model::checkConnectivity(*connectivity); !sound) return sound.error();
   Checked checked;
   checked.connectivity = connectivity;
   tbb::parallel_invoke([&] { checked.facets = model::facetTopology(*connectivity); },
@@ -91,7 +91,7 @@ std::unique_ptr<MeshChecker::Prepared> MeshChecker::prepare(const model::Slab& s
       shared_->checked.get(slab.connectivity.get(), [&] { return check(slab.connectivity); });
   if (!prepared->checked) return prepared;
   if (auto sound = model::checkSlab(slab); !sound) {
-    prepared->checked = pass(sound.error());
+    prepared->checked = sound.error();
     return prepared;
   }
   model::Bounds4& bounds = prepared->bounds;
@@ -392,7 +392,7 @@ Result<MeshReport> joinedReport(const std::vector<PartOfMesh>& parts) {
 Result<MeshReport> checkMesh(const model::Source& source, CheckOptions options,
                              const model::Progress& progress) {
   MeshChecker checker(options);
-  if (auto done = model::pump(source, checker, progress); !done) return pass(done.error());
+  if (auto done = model::pump(source, checker, progress); !done) return done.error();
   return checker.finish();
 }
 

@@ -247,7 +247,7 @@ Result<double> meanNormalSpeed(std::span<const model::Body> bodies,
   std::vector<const model::Source*> sources;
   for (const model::Body& body : bodies) sources.push_back(body.source);
   const auto scale = model::spaceScaleOf(sources);
-  if (!scale) return pass(scale.error());
+  if (!scale) return scale.error();
   using Pieces = std::vector<std::array<double, 2>>;
   const auto piecesOf = [&](const model::Slab& slab) {
     if (!(slab.timeEnd > slab.timeBegin)) return Pieces();
@@ -281,7 +281,7 @@ Result<double> meanNormalSpeed(std::span<const model::Body> bodies,
       inSpace += space;
     }
   };
-  if (auto done = eachSlab(bodies, progress, piecesOf, add); !done) return pass(done.error());
+  if (auto done = eachSlab(bodies, progress, piecesOf, add); !done) return done.error();
   return inSpace > 0 ? scale->fromUnit(alongTime / inSpace) : 0;
 }
 
@@ -319,7 +319,7 @@ Result<MeshQuality> measureQuality(std::span<const model::Body> bodies,
       }
     }
   };
-  if (auto done = eachSlab(bodies, progress, worstOf, add); !done) return pass(done.error());
+  if (auto done = eachSlab(bodies, progress, worstOf, add); !done) return done.error();
   Tally sum;
   tallies.combine_each([&](const Tally& tally) {
     for (std::size_t k = 0; k < kQualityMeasures.size(); ++k) {

@@ -21,9 +21,9 @@ class Overlaps {
 
   Result<SolidDifference> at(double time) const {
     const auto sliceA = a_.at(time);
-    if (!sliceA) return pass(sliceA.error());
+    if (!sliceA) return sliceA.error();
     const auto sliceB = b_.at(time);
-    if (!sliceB) return pass(sliceB.error());
+    if (!sliceB) return sliceB.error();
     return solidOverlap(sliceA->mesh, sliceB->mesh, {.resolution = kFine});
   }
 
@@ -31,21 +31,21 @@ class Overlaps {
   /// triangles.
   Result<double> volumeAt(double time) const {
     const auto sliceA = lightA_.at(time);
-    if (!sliceA) return pass(sliceA.error());
+    if (!sliceA) return sliceA.error();
     const auto sliceB = lightB_.at(time);
-    if (!sliceB) return pass(sliceB.error());
+    if (!sliceB) return sliceB.error();
     const auto found =
         solidOverlap(sliceA->slice.mesh, sliceB->slice.mesh, {.resolution = kCoarse});
-    if (!found) return pass(found.error());
+    if (!found) return found.error();
     return found->volume;
   }
 
   /// The volume of the smaller solid.
   Result<double> smallerVolumeAt(double time) const {
     const auto sliceA = a_.at(time);
-    if (!sliceA) return pass(sliceA.error());
+    if (!sliceA) return sliceA.error();
     const auto sliceB = b_.at(time);
-    if (!sliceB) return pass(sliceB.error());
+    if (!sliceB) return sliceB.error();
     return std::min(std::abs(signedVolume(sliceA->mesh)), std::abs(signedVolume(sliceB->mesh)));
   }
 
@@ -64,7 +64,7 @@ class Overlaps {
     };
     for (int k = 0; k <= kOverlapSamples; ++k) {
       const double time = k == kOverlapSamples ? interval.end : interval.begin + k * step;
-      if (auto found = sample(time); !found) return pass(found.error());
+      if (auto found = sample(time); !found) return found.error();
       if (!(step > 0)) break;
     }
     // Golden sections; where the overlap has several maxima, about one of them.
@@ -88,18 +88,18 @@ class Overlaps {
           atRight = std::exchange(atLeft, sample(left));
         }
       }
-      if (!atLeft) return pass(atLeft.error());
-      if (!atRight) return pass(atRight.error());
+      if (!atLeft) return atLeft.error();
+      if (!atRight) return atRight.error();
     }
     const auto found = at(best);
-    if (!found) return pass(found.error());
+    if (!found) return found.error();
     interval.deepestTime = best;
     // Where no two cells cross, a part of one solid lies inside the other, or the solids only
     // touch, and rounding leaves a film.
     constexpr double kFilm = 1e-10;
     if (!interval.overlaps) {
       const auto smaller = smallerVolumeAt(best);
-      if (!smaller) return pass(smaller.error());
+      if (!smaller) return smaller.error();
       if (found->volume <= kFilm * *smaller) {
         interval.deepestTime = interval.begin;
         return {};
@@ -136,7 +136,7 @@ Result<std::vector<double>> overlapVolumes(const model::Source& a, const model::
   std::vector<double> volumes;
   for (const double time : times) {
     const auto found = overlaps.volumeAt(time);
-    if (!found) return pass(found.error());
+    if (!found) return found.error();
     volumes.push_back(*found);
   }
   return volumes;

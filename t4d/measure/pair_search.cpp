@@ -345,7 +345,7 @@ Result<void> LoadedSlab::load(std::size_t index, const TimeSpan& window) {
   if (index != number_) {
     slab_.reset();
     auto read = source_->slab(index);
-    if (!read) return pass(read.error());
+    if (!read) return read.error();
     slab_ = std::move(*read);
     number_ = index;
   } else if (window.begin == window_.begin && window.end == window_.end) {
@@ -439,8 +439,8 @@ Result<void> PairSearch::findInside(const TimeSpan& span, bool continued) {
         [&] {
           ofB = insideB_.find(b_.slab(), b_.number(), gap, a_.slab(), a_.tree().bounds(), joined);
         });
-    if (!ofA) return pass(ofA.error());
-    if (!ofB) return pass(ofB.error());
+    if (!ofA) return ofA.error();
+    if (!ofB) return ofB.error();
     for (const SurfacePart& part : *ofA) addInside(part, a_, /*isA=*/true, span);
     for (const SurfacePart& part : *ofB) addInside(part, b_, /*isA=*/false, span);
   }
@@ -536,7 +536,7 @@ Result<Collision> PairSearch::finish() {
   }
   if (options_.overlapVolumes) {
     auto measured = measureOverlaps(a_.source(), b_.source(), collision.intervals);
-    if (!measured) return pass(measured.error());
+    if (!measured) return measured.error();
   }
   return collision;
 }

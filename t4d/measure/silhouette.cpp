@@ -409,7 +409,7 @@ Result<void> SilhouetteBuilder::put(const Slab& slab) {
   State& state = *state_;
   const auto inSlab = [&](Error error) {
     error.where = fmt::format("slab {}", state.slabs);
-    return pass(std::move(error));
+    return error;
   };
   if (auto sound = check(slab, state.before.get()); !sound) return inSlab(sound.error());
   std::shared_ptr<const SilhouetteTopology> topology = state.before;
@@ -454,13 +454,13 @@ Result<void> SilhouetteBuilder::put(const Slab& slab) {
 
 Result<Silhouette> SilhouetteBuilder::finish() {
   State& state = *state_;
-  if (auto closed = state.addSeam(nullptr, {}, state.timeEnd); !closed) return pass(closed.error());
+  if (auto closed = state.addSeam(nullptr, {}, state.timeEnd); !closed) return closed.error();
   return std::move(state.result);
 }
 
 Result<Silhouette> silhouetteOf(const model::Source& source, const model::Progress& progress) {
   SilhouetteBuilder builder;
-  if (auto put = model::pump(source, builder, progress); !put) return pass(put.error());
+  if (auto put = model::pump(source, builder, progress); !put) return put.error();
   return builder.finish();
 }
 
@@ -468,13 +468,13 @@ SlabSilhouettes::SlabSilhouettes() = default;
 SlabSilhouettes::~SlabSilhouettes() = default;
 
 Result<Silhouette> SlabSilhouettes::of(const Slab& slab) {
-  if (auto sound = check(slab, topology_.get()); !sound) return pass(sound.error());
+  if (auto sound = check(slab, topology_.get()); !sound) return sound.error();
   Silhouette result;
   if (slab.timeBegin == slab.timeEnd) return result;
   if (!topology_ || !topology_->isOf(slab.connectivity)) {
     topology_ = std::make_shared<const SilhouetteTopology>(slab.connectivity);
   }
-  if (auto closed = topology_->checkClosed(); !closed) return pass(closed.error());
+  if (auto closed = topology_->checkClosed(); !closed) return closed.error();
   SlabExits found = exitsOf(slab, slab.timeBegin);
   SilhouetteSurface parts(result.surface);
   parts.begin(slab);

@@ -95,7 +95,7 @@ Result<std::vector<SolidMeasures>> measuresAt(std::span<const model::Body> bodie
           const auto slices = slice::sliceAtTimes(*body.source, at);
           for (std::size_t k = 0; k < there.size(); ++k) {
             if (!slices[k]) {
-              outcomes[run] = pass(slices[k].error());
+              outcomes[run] = slices[k].error();
               return;
             }
             measures[there[k]].add(measuresOf(slices[k]->mesh));
@@ -106,7 +106,7 @@ Result<std::vector<SolidMeasures>> measuresAt(std::span<const model::Body> bodie
       },
       tbb::simple_partitioner());
   for (const Result<void>& outcome : outcomes) {
-    if (!outcome) return pass(outcome.error());
+    if (!outcome) return outcome.error();
   }
   return measures;
 }

@@ -115,7 +115,7 @@ std::optional<double> oneSided(const TriangleMesh& mesh, const TriangleTree& oth
   return farthest;
 }
 
-tl::unexpected<Error> tooLong(double distance) {
+Error tooLong(double distance) {
   return fail(ErrorCode::Unsupported,
               fmt::format("whether the surfaces are within {} of each other takes too long to find "
                           "out; allow a larger distance",

@@ -98,7 +98,7 @@ class Stepper {
     std::vector<double> times = {span.begin};
     for (auto knot = std::next(knots.begin()); knot != knots.end(); ++knot) {
       if (auto divided = divide(which, {times.back(), *knot}, times); !divided) {
-        return pass(divided.error());
+        return divided.error();
       }
     }
     return times;
@@ -202,7 +202,7 @@ class Stepper {
     return worst;
   }
 
-  static tl::unexpected<Error> tooMany() {
+  static Error tooMany() {
     return invalid(fmt::format("the mechanism needs more than {} layers; allow larger steps, or "
                                "shorten the motion",
                                kMostLayers),
@@ -222,7 +222,7 @@ class Stepper {
 Result<std::vector<LinkKeys>> mechanismKeys(const model::Mechanism& mechanism,
                                             std::span<const LinkSolid> solids, const StepRule& rule,
                                             PrismSplit split, bool common) {
-  if (auto good = checkRule(rule); !good) return pass(good.error());
+  if (auto good = checkRule(rule); !good) return good.error();
   const auto span = mechanism.span();
   if (!span) return invalid("nothing moves: give a body a motion", {}, Remedy::Motion);
   std::vector<std::size_t> moving;
@@ -237,7 +237,7 @@ Result<std::vector<LinkKeys>> mechanismKeys(const model::Mechanism& mechanism,
   for (std::size_t first = 0; first < moving.size(); first += together) {
     const auto which = std::span(moving).subspan(first, together);
     auto layers = stepper.layersOf(which, *span);
-    if (!layers) return pass(layers.error());
+    if (!layers) return layers.error();
     const auto shared = std::make_shared<const std::vector<double>>(std::move(*layers));
     for (const std::size_t i : which) times[i] = shared;
   }

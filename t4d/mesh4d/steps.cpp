@@ -99,7 +99,7 @@ std::vector<model::Chords> chordsOf(const model::Motion& motion, const model::Tr
 
 Result<std::vector<std::uint64_t>> stepsOf(const model::Motion& motion, const StepRule& rule,
                                            std::span<const model::Chords> chords) {
-  if (auto checked = checkRule(rule); !checked) return pass(checked.error());
+  if (auto checked = checkRule(rule); !checked) return checked.error();
   std::vector<std::uint64_t> counts;
   counts.reserve(motion.segments.size());
   double total = 0;

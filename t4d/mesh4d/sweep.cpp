@@ -89,9 +89,9 @@ Result<void> checkKey(double time, std::span<const Point3> positions, double& wi
 }
 
 /// An error that is that of a key, not of the mesh whose triangles move.
-tl::unexpected<Error> atKey(const VertexKeys& keys, std::uint64_t key, Error error) {
+Error atKey(const VertexKeys& keys, std::uint64_t key, Error error) {
   error.where = fmt::format("key {}, at time {}", key, keys.time(key));
-  return pass(std::move(error));
+  return error;
 }
 
 /// Whether no step turns by more than half a turn, but for rounding. From pose to pose, readers
@@ -173,20 +173,20 @@ class Sweeper {
     std::optional<Cap> endCap;
     if (part.isFirst()) {
       auto filled = fill(0, nullptr);
-      if (!filled) return pass(filled.error());
+      if (!filled) return filled.error();
       startCap = std::move(*filled);
     }
     if (part.isLast()) {
       auto filled = fill(keys_.count() - 1, startCap ? &*startCap : nullptr);
-      if (!filled) return pass(filled.error());
+      if (!filled) return filled.error();
       endCap = std::move(*filled);
     }
     if (startCap) {
-      if (auto done = putStartCap(*startCap); !done) return pass(done.error());
+      if (auto done = putStartCap(*startCap); !done) return done.error();
     }
-    if (auto done = putSteps(range, lookForFolds); !done) return pass(done.error());
+    if (auto done = putSteps(range, lookForFolds); !done) return done.error();
     if (endCap) {
-      if (auto done = putEndCap(*endCap); !done) return pass(done.error());
+      if (auto done = putEndCap(*endCap); !done) return done.error();
     }
     report_.steps = range.end - range.begin;
     report_.capTetrahedra = {startCap ? startCap->cells.size() : 0,
@@ -226,7 +226,7 @@ class Sweeper {
   Result<Cap> fill(std::uint64_t key, const Cap* known) {
     const auto pose = keys_.pose(key);
     if (!pose) {
-      if (auto loaded = load(key); !loaded) return pass(loaded.error());
+      if (auto loaded = load(key); !loaded) return loaded.error();
       auto filled = fillSolid({positions_, mesh_.triangles, {}}, options_.caps);
       return filled ? filled : atKey(keys_, key, filled.error());
     }
@@ -357,7 +357,7 @@ class Sweeper {
 #ifdef T4D_WITH_TETGEN
     report_.soughtCrossings = true;
     const auto crossing = crossingOf(mesh_, slab);
-    if (!crossing) return pass(crossing.error());
+    if (!crossing) return crossing.error();
     if (!*crossing) return {};
     if (!(*crossing)->complete) ++report_.unfinishedSteps;
     if ((*crossing)->pairs == 0) return {};
@@ -486,15 +486,15 @@ Result<void> checkReach(const TriangleMesh& mesh, const model::Motion& motion) {
 Result<SweepReport> sweep(const TriangleMesh& mesh, const model::Motion& motion,
                           const SweepOptions& options, model::Sink& sink,
                           const model::Progress& progress) {
-  if (auto checked = checkSolid(mesh); !checked) return pass(checked.error());
+  if (auto checked = checkSolid(mesh); !checked) return checked.error();
   if (motion.segments.empty()) return invalid("the motion has no segment");
-  if (auto checked = checkReach(mesh, motion); !checked) return pass(checked.error());
+  if (auto checked = checkReach(mesh, motion); !checked) return checked.error();
   const auto flipped = flippedIfInsideOut(mesh);
-  if (!flipped) return pass(flipped.error());
+  if (!flipped) return flipped.error();
   const TriangleMesh& solid = *flipped ? **flipped : mesh;
   const auto chords = chordsOf(motion, solid, options.prism);
   const auto steps = stepsOf(motion, options.steps, chords);
-  if (!steps) return pass(steps.error());
+  if (!steps) return steps.error();
   auto report = Sweeper(solid, MotionKeys(solid, motion, *steps), options, sink, progress)
                     .run(false, isGivenByPoses(motion, *steps));
   if (!report) return report;
@@ -512,7 +512,7 @@ Result<SweepReport> sweep(const TriangleMesh& mesh, const model::Motion& motion,
 Result<SweepReport> sweep(const TriangleMesh& mesh, const VertexKeys& keys,
                           const SweepOptions& options, model::Sink& sink,
                           const model::Progress& progress) {
-  if (auto checked = checkSolid(mesh); !checked) return pass(checked.error());
+  if (auto checked = checkSolid(mesh); !checked) return checked.error();
   if (keys.count() < 2) {
     return invalid(
         fmt::format("there {} {} key{}; at least two are needed", keys.count() == 1 ? "is" : "are",
@@ -520,7 +520,7 @@ Result<SweepReport> sweep(const TriangleMesh& mesh, const VertexKeys& keys,
         {}, Remedy::Motion);
   }
   TriangleMesh first{std::vector<Point3>(mesh.vertices.size()), mesh.triangles, {}};
-  if (auto read = keys.positions(0, first.vertices); !read) return pass(read.error());
+  if (auto read = keys.positions(0, first.vertices); !read) return read.error();
   double width = 0;
   if (auto good = checkKey(keys.time(0), first.vertices, width); !good) {
     return atKey(keys, 0, good.error());

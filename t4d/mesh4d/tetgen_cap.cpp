@@ -89,7 +89,7 @@ class Filling {
   std::vector<int> corners_;
 };
 
-tl::unexpected<Error> gaveUp(const std::string& how) {
+Error gaveUp(const std::string& how) {
   return fail(ErrorCode::Failed,
               fmt::format("TetGen could not fill the solid ({}); close the ends with cones", how),
               {}, Remedy::ConeCaps);
@@ -146,10 +146,10 @@ std::string fillHere(const model::TriangleMesh& mesh) {
 /// Runs TetGen on the surface, in a process of its own: it asserts, and some surfaces keep it, or
 /// the search for self-intersections, busy for ever.
 Result<Filling> runTetGen(const model::TriangleMesh& mesh) {
-  if (auto checked = checkValences(mesh); !checked) return pass(checked.error());
+  if (auto checked = checkValences(mesh); !checked) return checked.error();
   const system::WorkLimits limits = limitsFor(mesh);
   const auto work = system::runIsolated([&] { return fillHere(mesh); }, limits);
-  if (!work) return pass(work.error());
+  if (!work) return work.error();
   using End = system::IsolatedWork::End;
   switch (work->end) {
     case End::Crashed:
@@ -170,7 +170,7 @@ Result<Filling> runTetGen(const model::TriangleMesh& mesh) {
 /// Fills the inside of the surface, including its cavities.
 Result<Cap> tetrahedralize(const model::TriangleMesh& mesh) {
   const auto filling = runTetGen(mesh);
-  if (!filling) return pass(filling.error());
+  if (!filling) return filling.error();
   const std::size_t given = mesh.vertices.size();
   Cap cap;
   for (std::size_t i = 0; i < filling->points(); ++i) {
@@ -363,9 +363,9 @@ Result<void> checkVolume(const model::TriangleMesh& mesh, const Cap& cap) {
 Result<Cap> tetgenCap(const model::TriangleMesh& mesh) {
   auto cap = tetrahedralize(mesh);
   if (!cap) return cap;
-  if (auto done = removeOutside(mesh, *cap); !done) return pass(done.error());
+  if (auto done = removeOutside(mesh, *cap); !done) return done.error();
   dropUnusedPoints(static_cast<std::uint32_t>(mesh.vertices.size()), *cap);
-  if (auto done = checkVolume(mesh, *cap); !done) return pass(done.error());
+  if (auto done = checkVolume(mesh, *cap); !done) return done.error();
   return cap;
 }
 

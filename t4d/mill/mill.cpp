@@ -31,7 +31,7 @@ class Envelopes : public model::Sink {
   Result<void> put(const model::Slab& slab) override {
     if (!(slab.timeEnd > slab.timeBegin)) return {};
     auto silhouette = silhouettes_.of(slab);
-    if (!silhouette) return pass(silhouette.error());
+    if (!silhouette) return silhouette.error();
     return take_({slab.timeBegin, slab.timeEnd}, std::move(silhouette->surface));
   }
 
@@ -56,7 +56,7 @@ Result<void> sweepThrough(const TriangleMesh& solid, const model::Motion& motion
   Error error = swept.error();
   // The tolerance sets the steps.
   if (error.remedy == Remedy::StepRule) error.remedy = Remedy::Motion;
-  return pass(error);
+  return error;
 }
 
 double travelOf(const MillOptions& options) {
@@ -161,7 +161,7 @@ class Workpiece : public voxel4d::FrameSource {
     if (index == 0) {
       components_ = countParts(field_);
     } else if (auto milled = millUntil({options_.times[index - 1], time}); !milled) {
-      return pass(milled.error());
+      return milled.error();
     }
     report_.progress.push_back({time, 0, components_});
     return field_.frame(time);
@@ -210,7 +210,7 @@ class Workpiece : public voxel4d::FrameSource {
                         [&](const TimeSpan& time, TriangleMesh envelope) -> Result<void> {
                           ++report_.steps;
                           const auto removed = field_.remove(envelope);
-                          if (!removed) return pass(removed.error());
+                          if (!removed) return removed.error();
                           if (removed->changes && !report_.firstCut) {
                             report_.firstCut = time.begin;
                           }
@@ -227,7 +227,7 @@ class Workpiece : public voxel4d::FrameSource {
           sweepThrough(guard.mesh, motion, options_.tolerance,
                        [&](const TimeSpan& time, const TriangleMesh& envelope) -> Result<void> {
                          const auto met = field_.meet(envelope);
-                         if (!met) return pass(met.error());
+                         if (!met) return met.error();
                          if (met->points > 0) collide(guard.name, time, met->point);
                          return {};
                        });
@@ -268,7 +268,7 @@ class Workpiece : public voxel4d::FrameSource {
         const std::size_t middle = done + (end - done) / 2;
         StockField field = from;
         for (std::size_t i = done; i < middle; ++i) {
-          if (auto removed = field.remove(cuts[i].envelope); !removed) return pass(removed.error());
+          if (auto removed = field.remove(cuts[i].envelope); !removed) return removed.error();
         }
         const std::uint64_t here = countParts(field);
         if (here > parts) {
@@ -279,7 +279,7 @@ class Workpiece : public voxel4d::FrameSource {
           from = std::move(field);
         }
       }
-      if (auto removed = from.remove(cuts[done].envelope); !removed) return pass(removed.error());
+      if (auto removed = from.remove(cuts[done].envelope); !removed) return removed.error();
       // The voxels lose a wall that is thinner than one; the tool may still have to cut it.
       const TimeSpan& step = cuts[done].time;
       report_.separations.push_back(
@@ -352,7 +352,7 @@ Mounting mountingOf(std::span<const Tool> tools, double time, std::optional<int>
 
 Result<void> checkVoxelSize(const TriangleMesh& stock, double voxelSize, double memory) {
   const auto sized = StockField::sized(stock, voxelSize, memory);
-  return sized ? Result<void>() : pass(sized.error());
+  return sized ? Result<void>() : sized.error();
 }
 
 std::string partOfTool(const std::string& part, int number) {
@@ -368,9 +368,9 @@ Result<MillReport> mill(const TriangleMesh& stock, std::span<const Tool> tools,
     if (checked) return checked;
     return invalid(checked.error().text(), name, Remedy::Mend);
   };
-  if (auto good = check(stock, "stock"); !good) return pass(good.error());
+  if (auto good = check(stock, "stock"); !good) return good.error();
   for (const Tool& tool : tools) {
-    if (auto good = visitSolids(tool, check); !good) return pass(good.error());
+    if (auto good = visitSolids(tool, check); !good) return good.error();
   }
   if (options.times.size() < 2 || options.times.front() < motion.timeBegin() ||
       options.times.back() > motion.timeEnd()) {
@@ -384,23 +384,23 @@ Result<MillReport> mill(const TriangleMesh& stock, std::span<const Tool> tools,
     report.notices.emplace_back("the stock was inside out and was flipped");
   }
   auto field = fieldOf(turned.triangles.empty() ? stock : turned, options);
-  if (!field) return pass(field.error());
+  if (!field) return field.error();
   const auto checkSize = [&](const TriangleMesh& mesh, const std::string& name) -> Result<void> {
     auto checked = StockField::checkSize(mesh, options.voxelSize, options.memory);
     if (!checked) checked.error().where = name;
     return checked;
   };
   for (const Tool& tool : tools) {
-    if (auto good = visitSolids(tool, checkSize); !good) return pass(good.error());
+    if (auto good = visitSolids(tool, checkSize); !good) return good.error();
   }
 
-  if (auto good = checkMotion(tools, motion, *field, options); !good) return pass(good.error());
+  if (auto good = checkMotion(tools, motion, *field, options); !good) return good.error();
 
   Workpiece frames(std::move(*field), tools, motion, options, report);
   std::vector<ProjectedVolume> volumes;
   ProjectedVolumes measured(sink, [&](const ProjectedVolume& one) { volumes.push_back(one); });
   auto woven = voxel4d::weave(frames, {.caps = options.caps}, measured, progress);
-  if (!woven) return pass(woven.error());
+  if (!woven) return woven.error();
   report.woven = *woven;
   // A cap, the slabs between frames, a cap.
   report.stockVolume = volumes.front().entries - volumes.front().exits;

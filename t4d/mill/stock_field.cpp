@@ -66,7 +66,7 @@ class StockField::Sampled {
  public:
   static Result<Sampled> of(const model::TriangleMesh& surface, double voxelSize) {
     auto part = partAbout(model::boundsOf(surface), voxelSize);
-    if (!part) return pass(part.error());
+    if (!part) return part.error();
     return Sampled(surface, std::move(*part), voxelSize);
   }
 
@@ -153,7 +153,7 @@ class StockField::Sampled {
 Result<StockField> StockField::sized(const model::TriangleMesh& solid, double voxelSize,
                                      double memory) {
   const auto part = partAbout(model::boundsOf(solid), voxelSize);
-  if (!part) return pass(part.error());
+  if (!part) return part.error();
   StockField field;
   field.voxelSize_ = voxelSize;
   double blocks = 1;
@@ -182,7 +182,7 @@ Result<StockField> StockField::of(const model::TriangleMesh& solid, double voxel
   auto field = sized(solid, voxelSize, memory);
   if (!field) return field;
   const auto sampled = Sampled::of(solid, voxelSize);
-  if (!sampled) return pass(sampled.error());
+  if (!sampled) return sampled.error();
   field->blocks_.resize(static_cast<std::size_t>(field->counts_[0]) *
                         static_cast<std::size_t>(field->counts_[1]) *
                         static_cast<std::size_t>(field->counts_[2]));
@@ -276,7 +276,7 @@ bool within(const Index3& block, const Index3& first, const Index3& counts) {
 Result<StockField::Place> StockField::remove(const model::TriangleMesh& surface) {
   if (!mayMeet(model::boundsOf(surface))) return Place{};
   const auto tool = Sampled::of(surface, voxelSize_);
-  if (!tool) return pass(tool.error());
+  if (!tool) return tool.error();
   Deepest removed;
   bool changesAny = false;
   for (const auto& [block, values] : tool->blocks) {
@@ -328,7 +328,7 @@ Result<StockField::Place> StockField::remove(const model::TriangleMesh& surface)
 Result<StockField::Place> StockField::meet(const model::TriangleMesh& surface) const {
   if (!mayMeet(model::boundsOf(surface))) return Place{};
   const auto other = Sampled::of(surface, voxelSize_);
-  if (!other) return pass(other.error());
+  if (!other) return other.error();
   Deepest met;
   const auto look = [&](const Index3& block, const float* values) {
     if (!within(block, first_, counts_)) return;

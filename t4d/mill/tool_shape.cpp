@@ -193,7 +193,7 @@ Result<ToolShape> parseTool(std::string_view text) {
   }
   const auto sizes = sizesOf(text.substr(std::min(colon + 1, text.size())), known->letters,
                              known->optional, known->example);
-  if (!sizes) return pass(sizes.error());
+  if (!sizes) return sizes.error();
   const auto size = [&](char letter) {
     const auto at = known->letters.find(letter);
     return at == known->letters.npos ? 0 : (*sizes)[at];
@@ -203,13 +203,13 @@ Result<ToolShape> parseTool(std::string_view text) {
     if (tool.angle == 0) tool.angle = kDrillDegrees;
     if (tool.length == 0) tool.length = kDrillLength * tool.diameter;
   }
-  if (auto good = checkTool(tool); !good) return pass(good.error());
+  if (auto good = checkTool(tool); !good) return good.error();
   return tool;
 }
 
 Result<Cylinder> parseCylinder(std::string_view text) {
   const auto sizes = sizesOf(text, "dl", "", "d=40,l=50");
-  if (!sizes) return pass(sizes.error());
+  if (!sizes) return sizes.error();
   return Cylinder{(*sizes)[0], (*sizes)[1]};
 }
 

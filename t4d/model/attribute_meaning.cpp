@@ -72,7 +72,7 @@ template <class Map>
 Result<bool> mapRows(Attribute& attribute, Map map) {
   const auto done = attribute.type == ScalarType::Float32 ? mapRowsOf<float>(attribute, map)
                                                           : mapRowsOf<double>(attribute, map);
-  if (!done) return pass(done.error());
+  if (!done) return done.error();
   return true;
 }
 

@@ -9,7 +9,7 @@ TimeSpan ConvertedSource::timeSpan(std::size_t index) const {
 
 Result<std::shared_ptr<const Slab>> ConvertedSource::slab(std::size_t index) const {
   const auto read = source_->slab(index);
-  if (!read) return pass(read.error());
+  if (!read) return read.error();
   auto slab = std::make_shared<Slab>(**read);
   slab->timeBegin = time_(slab->timeBegin);
   slab->timeEnd = time_(slab->timeEnd);

@@ -57,12 +57,14 @@ struct Error {
   std::string text() const { return where.empty() ? message : where + ": " + message; }
 };
 
-/// A value or an Error: a tl::expected with a compiler warning if it is ignored.
+/// A value or an Error, of which either is returned as it is: a tl::expected with a compiler
+/// warning if it is ignored.
 template <class T>
 class [[nodiscard]] Result : public tl::expected<T, Error> {
  public:
   using tl::expected<T, Error>::expected;
   Result(tl::expected<T, Error> other) : tl::expected<T, Error>(std::move(other)) {}
+  Result(Error error) : tl::expected<T, Error>(tl::unexpect, std::move(error)) {}
   Result() = default;
   Result(const Result&) = default;
   /// Copies a variable. Without this, a Result<bool> would be converted to its value.
@@ -80,20 +82,14 @@ struct tl::detail::is_expected_impl<t4d::Result<T>> : std::true_type {};
 
 namespace t4d {
 
-[[nodiscard]] inline tl::unexpected<Error> fail(ErrorCode code, std::string message,
-                                                std::string where = {},
-                                                Remedy remedy = Remedy::None) {
-  return tl::unexpected<Error>(Error{code, std::move(message), std::move(where), {}, remedy});
+[[nodiscard]] inline Error fail(ErrorCode code, std::string message, std::string where = {},
+                                Remedy remedy = Remedy::None) {
+  return Error{code, std::move(message), std::move(where), {}, remedy};
 }
 
-[[nodiscard]] inline tl::unexpected<Error> invalid(std::string message, std::string where = {},
-                                                   Remedy remedy = Remedy::None) {
+[[nodiscard]] inline Error invalid(std::string message, std::string where = {},
+                                   Remedy remedy = Remedy::None) {
   return fail(ErrorCode::InvalidInput, std::move(message), std::move(where), remedy);
-}
-
-/// Passes an error on to the caller's Result.
-[[nodiscard]] inline tl::unexpected<Error> pass(Error error) {
-  return tl::unexpected<Error>(std::move(error));
 }
 
 }  // namespace t4d

@@ -63,7 +63,7 @@ class Flattener : public Sink {
   }
 
  private:
-  tl::unexpected<Error> wrong(const std::string& message) const {
+  Error wrong(const std::string& message) const {
     return invalid(message, fmt::format("slab {}", slabs_));
   }
 
@@ -79,7 +79,7 @@ class Flattener : public Sink {
 
 Result<FlatMesh> flatten(const Source& source, const Progress& progress) {
   Flattener flattener;
-  if (auto done = pump(source, flattener, progress); !done) return pass(done.error());
+  if (auto done = pump(source, flattener, progress); !done) return done.error();
   return flattener.finish();
 }
 

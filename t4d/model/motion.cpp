@@ -113,7 +113,7 @@ Result<Motion> chainScrews(double startTime, std::span<const ScrewRun> runs) {
                                  duration),
                      where());
     }
-    if (auto good = checkMagnitudes(screw, duration, where()); !good) return pass(good.error());
+    if (auto good = checkMagnitudes(screw, duration, where()); !good) return good.error();
     const double length = screw.axisDirection.stableNorm();
     if (length > 0 && std::isfinite(length)) {
       screw.axisDirection /= length;
@@ -145,7 +145,7 @@ Result<Motion> chainScrews(double startTime, std::span<const ScrewRun> runs) {
                        where());
       }
       if (auto good = checkMagnitude("an end time", segment.timeEnd, where()); !good) {
-        return pass(good.error());
+        return good.error();
       }
       segment.screw = screw;
       segment.start = pose;
@@ -211,7 +211,7 @@ Result<Motion> joinPoses(std::span<const KeyPose> poses) {
     if (good) {
       good = checkMagnitude("a position", pose.position.cwiseAbs().maxCoeff(), where());
     }
-    if (!good) return pass(good.error());
+    if (!good) return good.error();
     if (i > 0 && !(pose.time > poses[i - 1].time)) {
       return invalid(fmt::format("is at time {}, not after the pose before it, at {}: a 4D mesh "
                                  "cannot go backward through time",

@@ -59,7 +59,7 @@ Result<void> pump(const Source& source, Sink& sink, const Progress& progress) {
     };
     const auto take = [&](const std::shared_ptr<Item>& item) {
       if (!item->slab) {
-        result = pass(item->slab.error());
+        result = item->slab.error();
         return false;
       }
       item->prepare(sink);

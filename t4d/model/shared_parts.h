@@ -27,7 +27,7 @@ class SharedParts {
     if (!entry->made) {
       // A thread that waits here must not start on another slab, which could need the same part.
       auto made = tbb::this_task_arena::isolate(make);
-      if (!made) return pass(made.error());
+      if (!made) return made.error();
       entry->part = std::move(*made);
       entry->made = true;
     }

@@ -101,7 +101,7 @@ Result<TimeSpan> Transformed::timesOf(double begin, double end) const {
 
 Result<void> Transformed::put(const Slab& slab) {
   const auto time = timesOf(slab.timeBegin, slab.timeEnd);
-  if (!time) return pass(time.error());
+  if (!time) return time.error();
   Slab moved = slab;
   moved.timeBegin = time->begin;
   moved.timeEnd = time->end;
@@ -112,7 +112,7 @@ Result<void> Transformed::put(const Slab& slab) {
   }
   if (slab.connectivity) {
     if (auto done = mapAttributes(moved.attributes, *slab.connectivity); !done) {
-      return pass(done.error());
+      return done.error();
     }
     if (auto done = mapConnectivity(moved); !done) return done;
   }
@@ -145,7 +145,7 @@ Result<void> Transformed::mapConnectivity(Slab& moved) {
   if (moved.connectivity != given_) {
     std::vector<Attribute> attributes = moved.connectivity->cellAttributes;
     const auto changed = mapAttributes(attributes, *moved.connectivity);
-    if (!changed) return pass(changed.error());
+    if (!changed) return changed.error();
     given_ = moved.connectivity;
     mapped_ = moved.connectivity;
     if (*changed || mirrors_) {
@@ -205,7 +205,7 @@ void Transformed::moveLayers(const Slab& slab, Slab& moved) {
 
 Result<void> Transformed::putStreamed(const StreamedSlab& slab) {
   const auto time = timesOf(slab.time.begin, slab.time.end);
-  if (!time) return pass(time.error());
+  if (!time) return time.error();
   std::vector<Point4> given(givenUpper_.empty() ? 0 : slab.lowerCount);
   slab.vertices(0, given);
   const std::vector<Point4> lower = takeLower(given);

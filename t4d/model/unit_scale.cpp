@@ -54,7 +54,7 @@ TimeSpan UnitSource::timeSpan(std::size_t index) const {
 
 Result<std::shared_ptr<const Slab>> UnitSource::slab(std::size_t index) const {
   const auto read = source_->slab(index);
-  if (!read) return pass(read.error());
+  if (!read) return read.error();
   auto slab = std::make_shared<Slab>(**read);
   slab->upperPose = nullptr;
   slab->timeBegin = time_.toUnit(slab->timeBegin);
@@ -78,7 +78,7 @@ Result<UnitScale> spaceScaleOf(std::span<const Source* const> sources) {
         break;
       }
       const auto slab = source->slab(i);
-      if (!slab) return pass(slab.error());
+      if (!slab) return slab.error();
       for (const Point4& vertex : (*slab)->vertices) bounds.add(Point3(vertex.head<3>()));
       break;
     }

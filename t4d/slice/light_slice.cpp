@@ -202,7 +202,7 @@ class SurfaceMemory {
  private:
   static Surface find(const model::Connectivity& connectivity) {
     auto prisms = prismsOf(connectivity);
-    if (!prisms) return std::make_shared<const Result<LightSurface>>(pass(prisms.error()));
+    if (!prisms) return std::make_shared<const Result<LightSurface>>(prisms.error());
     return std::make_shared<const Result<LightSurface>>(
         surfaceOf(std::move(*prisms), connectivity.lowerCount));
   }
@@ -219,7 +219,7 @@ class LightSlicer::Impl {
 
   Result<LightSlice> at(double given) const {
     const auto at = slabAtTime(source_, given);
-    if (!at) return pass(at.error());
+    if (!at) return at.error();
     if (!at->slab) {
       LightSlice nothing;
       nothing.slice.slabsSkipped = source_.slabCount();
@@ -227,11 +227,11 @@ class LightSlicer::Impl {
       return nothing;
     }
     const auto open = openSlab(source_, *at->slab);
-    if (!open) return pass(open.error());
+    if (!open) return open.error();
     if (open->blocks) return exact(given, "its cells are stored in blocks, without means");
     const model::Slab& slab = *open->slab;
-    if (auto checked = memory_.check(slab.connectivity); !checked) return pass(checked.error());
-    if (auto checked = checkSlab(slab); !checked) return pass(checked.error());
+    if (auto checked = memory_.check(slab.connectivity); !checked) return checked.error();
+    if (auto checked = checkSlab(slab); !checked) return checked.error();
     if (!(slab.timeEnd > slab.timeBegin)) return exact(given, "it is a cap");
     const auto surface = surfaces_.of(slab.connectivity);
     if (!*surface) return exact(given, surface->error().message);
@@ -248,7 +248,7 @@ class LightSlicer::Impl {
  private:
   Result<LightSlice> exact(double time, std::string why) const {
     auto slice = exact_.at(time);
-    if (!slice) return pass(slice.error());
+    if (!slice) return slice.error();
     return LightSlice{std::move(*slice), false, 0, std::move(why)};
   }
 

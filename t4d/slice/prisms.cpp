@@ -78,9 +78,7 @@ class Finder {
   }
 
  private:
-  static tl::unexpected<Error> no(const std::string& why) {
-    return fail(ErrorCode::Unsupported, why);
-  }
+  static Error no(const std::string& why) { return fail(ErrorCode::Unsupported, why); }
 
   std::span<const std::uint32_t> sourcesOf(std::uint32_t vertex) const {
     if (vertex < step_.firstMean() || vertex >= up_) return {};

@@ -192,9 +192,9 @@ bool SlabCutter::misses(const model::Bounds4& bounds) const {
 }
 
 Result<CutSlab> SlabCutter::cut(const Slab& slab) const {
-  if (auto checked = checkHyperplane(hyperplane_); !checked) return pass(checked.error());
-  if (auto checked = memory_->check(slab.connectivity); !checked) return pass(checked.error());
-  if (auto checked = checkSlab(slab); !checked) return pass(checked.error());
+  if (auto checked = checkHyperplane(hyperplane_); !checked) return checked.error();
+  if (auto checked = memory_->check(slab.connectivity); !checked) return checked.error();
+  if (auto checked = checkSlab(slab); !checked) return checked.error();
   auto [heights, sides] = heightsOf(slab.vertices);
   CutSlab made;
   made.counts = *slab.connectivity;
@@ -265,7 +265,7 @@ Cut SlabCutter::cutRuns(const model::LayeredSlab& slab, const CellRuns& runs, He
 }
 
 Result<CutSlab> SlabCutter::cut(const model::LayeredSlab& slab) const {
-  if (auto checked = checkHyperplane(hyperplane_); !checked) return pass(checked.error());
+  if (auto checked = checkHyperplane(hyperplane_); !checked) return checked.error();
   const model::Connectivity& connectivity = *slab.connectivity;
   Heights of{std::vector<double>(connectivity.vertexCount),
              std::vector<std::uint8_t>(connectivity.vertexCount)};
@@ -291,7 +291,7 @@ Result<CutSlab> SlabCutter::cut(const model::LayeredSlab& slab) const {
 }
 
 Result<CutSlab> SlabCutter::cut(const model::SlabBlocks& blocks) const {
-  if (auto checked = checkHyperplane(hyperplane_); !checked) return pass(checked.error());
+  if (auto checked = checkHyperplane(hyperplane_); !checked) return checked.error();
   std::vector<std::size_t> met;
   for (std::size_t i = 0; i < blocks.blockCount(); ++i) {
     if (!misses(blocks.bounds(i))) met.push_back(i);
@@ -326,7 +326,7 @@ Result<CutSlab> SlabCutter::cut(const model::SlabBlocks& blocks) const {
     cuts.add(made->block, made->cut, made->placed);
     return true;
   });
-  if (error) return pass(*error);
+  if (error) return *error;
   return cuts.finish(blocks, met.size());
 }
 
@@ -337,16 +337,16 @@ Result<CutSlab> SlabCutter::cut(const OpenSlab& open) const {
 
 Result<OpenSlab> openSlab(const model::Source& source, std::size_t index) {
   auto blocks = source.blocks(index);
-  if (!blocks) return pass(blocks.error());
+  if (!blocks) return blocks.error();
   if (*blocks) return OpenSlab{nullptr, std::move(*blocks), nullptr};
   auto slab = source.slab(index);
-  if (!slab) return pass(slab.error());
+  if (!slab) return slab.error();
   return OpenSlab{std::move(*slab), nullptr, nullptr};
 }
 
 Result<OpenSlab> openPartly(const model::Source& source, std::size_t index) {
   auto layered = source.layered(index);
-  if (!layered) return pass(layered.error());
+  if (!layered) return layered.error();
   if (*layered) return OpenSlab{nullptr, nullptr, std::move(*layered)};
   return openSlab(source, index);
 }

@@ -171,7 +171,7 @@ Slicer::~Slicer() = default;
 
 Result<void> Slicer::put(const Slab& slab) {
   auto cut = impl_->cutter.cut(slab);
-  if (!cut) return pass(cut.error());
+  if (!cut) return cut.error();
   impl_->add(std::move(*cut));
   return {};
 }
@@ -199,14 +199,14 @@ Result<Slice> TimeSlicer::at(double time) const { return impl_->at(time); }
 
 Result<Slice> TimeSlicer::Impl::at(double given) const {
   const auto at = slabAtTime(source_, given);
-  if (!at) return pass(at.error());
+  if (!at) return at.error();
   Slicer::Impl slicer(Hyperplane::atTime(at->time),
                       at->atEnd ? OnHyperplane::Above : OnHyperplane::Below, memory_, withMotion_);
   if (at->slab) {
     const auto open = openSlab(source_, *at->slab);
-    if (!open) return pass(open.error());
+    if (!open) return open.error();
     auto cut = slicer.cutter.cut(*open);
-    if (!cut) return pass(cut.error());
+    if (!cut) return cut.error();
     slicer.add(std::move(*cut));
   }
   return slicer.finish(source_);
@@ -218,7 +218,7 @@ Result<Slice> sliceAtTime(const model::Source& source, double time) {
 
 Result<Slice> slice(const model::Source& source, const Hyperplane& hyperplane,
                     const model::Progress& progress) {
-  if (auto checked = checkHyperplane(hyperplane); !checked) return pass(checked.error());
+  if (auto checked = checkHyperplane(hyperplane); !checked) return checked.error();
   const Eigen::Vector4d& n = hyperplane.normal;
   if (n.head<3>().isZero(0)) return sliceAtTime(source, hyperplane.offset / n[3]);
   Slicer::Impl slicer(hyperplane, OnHyperplane::Below, std::make_shared<CutMemory>());
@@ -271,7 +271,7 @@ Result<Slice> slice(const model::Source& source, const Hyperplane& hyperplane,
     return !error;
   };
   model::inOrder<ItemPointer, ItemPointer>(count, model::threadCount(), read, cut, take);
-  if (error) return pass(*error);
+  if (error) return *error;
   return slicer.finish(source);
 }
 

@@ -52,7 +52,7 @@ class Descriptor {
   int number_;
 };
 
-tl::unexpected<Error> cannot(const std::string& what, int reason) {
+Error cannot(const std::string& what, int reason) {
   return fail(ErrorCode::Failed, fmt::format("cannot {}: {}", what, std::strerror(reason)));
 }
 
@@ -142,7 +142,7 @@ class Spawning {
   posix_spawnattr_t attributes_{};
 };
 
-tl::unexpected<Error> cannotStart(const std::string& path, int reason) {
+Error cannotStart(const std::string& path, int reason) {
   std::string why = std::strerror(reason);
   if (reason == ENOEXEC) {
     why += "; a script begins with a line like #!/usr/bin/env python3";
@@ -319,9 +319,9 @@ ChildProcess::~ChildProcess() = default;
 Result<ChildProcess> ChildProcess::start(const std::vector<std::string>& words,
                                          const Options& options) {
   auto state = std::make_unique<State>(options);
-  if (auto open = state->output.open(); !open) return pass(open.error());
+  if (auto open = state->output.open(); !open) return open.error();
   if (options.captureMessage) {
-    if (auto open = state->message.open(); !open) return pass(open.error());
+    if (auto open = state->message.open(); !open) return open.error();
   }
   Descriptor theirInput;
   if (options.pipeInput) {
@@ -412,7 +412,7 @@ ProgramRun ChildProcess::finish() {
 Result<ProgramRun> runProgram(const std::vector<std::string>& words, const RunOptions& options) {
   auto child = ChildProcess::start(
       words, {.captureMessage = options.captureMessage, .outputBytes = options.outputBytes});
-  if (!child) return pass(child.error());
+  if (!child) return child.error();
   const auto waited = child->wait(options.limit, options.stop);
   ProgramRun run = child->finish();
   if (waited == ChildProcess::Wait::TimedOut) run.end = ProgramRun::End::TimedOut;

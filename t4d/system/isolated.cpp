@@ -44,7 +44,7 @@ pid_t forkWithTheAllocator() {
 /// Exit codes of the child.
 enum Outcome : int { kReturned = 0, kOutOfMemory = 1, kThrew = 2, kNotKept = 3 };
 
-tl::unexpected<Error> cannotIsolate(const char* what) {
+Error cannotIsolate(const char* what) {
   return fail(ErrorCode::Failed, fmt::format("cannot {}: {}", what, std::strerror(errno)));
 }
 
@@ -144,7 +144,7 @@ Result<IsolatedWork> runIsolated(const std::function<std::string()>& work,
   }
   auto bytes = readAll(result);
   close(result);
-  if (!bytes) return pass(bytes.error());
+  if (!bytes) return bytes.error();
 
   IsolatedWork done;
   if (WIFSIGNALED(status)) {

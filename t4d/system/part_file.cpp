@@ -16,7 +16,7 @@ namespace t4d::system {
 
 namespace {
 
-tl::unexpected<Error> ioError(const std::filesystem::path& target, const char* doing) {
+Error ioError(const std::filesystem::path& target, const char* doing) {
   return fail(ErrorCode::Failed, fmt::format("cannot {}: {}", doing, std::strerror(errno)),
               target.string());
 }

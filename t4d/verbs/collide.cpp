@@ -176,13 +176,13 @@ Result<void> judgePair(CollidedPair& pair, const CollideOptions& options) {
     return measure::verdictOn(pair.collision, *pair.a.source, *pair.b.source, pair.motions);
   };
   auto verdict = judge();
-  if (!verdict) return pass(verdict.error());
+  if (!verdict) return verdict.error();
   if (pair.collision.contact() && !options.overlapVolumes && verdict->verdict != Verdict::Hit) {
     // The middle of an interval is not enough, nor are faces in common, which do not cross.
     auto done = measure::measureOverlaps(*pair.a.source, *pair.b.source, pair.collision.intervals);
-    if (!done) return pass(done.error());
+    if (!done) return done.error();
     verdict = judge();
-    if (!verdict) return pass(verdict.error());
+    if (!verdict) return verdict.error();
   }
   pair.verdict = *verdict;
   if (options.clearance) {
@@ -190,7 +190,7 @@ Result<void> judgePair(CollidedPair& pair, const CollideOptions& options) {
   }
   auto samples = measure::clearanceOverTime(*pair.a.source, *pair.b.source, pair.collision,
                                             pair.verdict, options.times);
-  if (!samples) return pass(samples.error());
+  if (!samples) return samples.error();
   pair.samples = std::move(*samples);
   return {};
 }
@@ -230,7 +230,7 @@ bool CollideReport::mayMeet() const { return std::ranges::any_of(pairs, &Collide
 Result<CollideReport> collide(std::span<const Input> inputs, const CollideOptions& options,
                               Observer& observer) {
   if (inputs.size() == 2 && !options.ignoreUnits) {
-    if (auto checked = checkSameUnits(inputs[0], inputs[1]); !checked) return pass(checked.error());
+    if (auto checked = checkSameUnits(inputs[0], inputs[1]); !checked) return checked.error();
   }
   CollideReport report = pairsOf(inputs, options);
   if (report.pairs.empty() && !report.ignored.empty()) {
@@ -250,11 +250,11 @@ Result<CollideReport> collide(std::span<const Input> inputs, const CollideOption
   }
   auto collisions = measure::collideAll(sources, {.overlapVolumes = options.overlapVolumes},
                                         stage->part(report.pairs.size()));
-  if (!collisions) return pass(inInput(collisions.error(), inputs.front()));
+  if (!collisions) return inInput(collisions.error(), inputs.front());
   for (std::size_t i = 0; i < report.pairs.size(); ++i) {
     report.pairs[i].collision = std::move((*collisions)[i]);
     if (auto done = judgePair(report.pairs[i], options); !done) {
-      return pass(inInput(done.error(), inputs.front()));
+      return inInput(done.error(), inputs.front());
     }
   }
   return report;

@@ -66,9 +66,9 @@ Result<std::optional<ContactView>> contactView(const CollidedPair& pair) {
   ContactView shown;
   shown.time = collision.contact() ? collision.intervals.front().begin : collision.clearance->time;
   auto a = slice::sliceAtTime(*pair.a.source, shown.time);
-  if (!a) return pass(a.error());
+  if (!a) return a.error();
   auto b = slice::sliceAtTime(*pair.b.source, shown.time);
-  if (!b) return pass(b.error());
+  if (!b) return b.error();
   shown.a = std::move(a->mesh);
   shown.b = std::move(b->mesh);
   shown.contactA.resize(shown.a.triangles.size());
@@ -93,7 +93,7 @@ Result<std::vector<std::string>> writeContacts(const CollideReport& report,
     const auto stage = observer.stage("drawing");
     return contactView(pair);
   }();
-  if (!shown) return pass(shown.error());
+  if (!shown) return shown.error();
   if (!*shown) {
     observer.note(fmt::format("{} is not written: no two bodies exist at the same time", path));
     return std::vector<std::string>();

@@ -49,7 +49,7 @@ Result<Contents> contentsOf(const T4dReader& reader, std::size_t body,
                             const model::Progress& progress) {
   measure::MeshDigester digester;
   model::AttributeNames names(digester);
-  if (auto read = reader.readThrough(body, names, progress); !read) return pass(read.error());
+  if (auto read = reader.readThrough(body, names, progress); !read) return read.error();
   return Contents{digester.digest(), names.names()};
 }
 
@@ -114,9 +114,9 @@ Result<bool> compareMeshes(const T4dReader& a, const T4dReader& b,
       continue;
     }
     const auto ofA = contentsOf(a, i, part(0));
-    if (!ofA) return pass(ofA.error());
+    if (!ofA) return ofA.error();
     const auto ofB = contentsOf(b, j, part(0.5));
-    if (!ofB) return pass(ofB.error());
+    if (!ofB) return ofB.error();
     if (ofA->digest != ofB->digest) {
       messages.push_back(
           fmt::format("body '{}' has {} tetrahedra in both, of which some differ", name, cellsA));
@@ -158,11 +158,11 @@ Result<bool> compareSolids(const T4dReader& a, const T4dReader& b, const DiffOpt
   for (std::size_t i = 0; i < times.size(); ++i) {
     const double time = times[i];
     const auto solidA = measure::solidAt(bodiesA, time);
-    if (!solidA) return pass(solidA.error());
+    if (!solidA) return solidA.error();
     const auto solidB = measure::solidAt(bodiesB, time);
-    if (!solidB) return pass(solidB.error());
+    if (!solidB) return solidB.error();
     const auto farther = measure::fartherThan(tolerance, *solidA, *solidB);
-    if (!farther) return pass(farther.error());
+    if (!farther) return farther.error();
     if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(times.size()));
     if (!*farther) continue;
     messages.push_back(
@@ -183,9 +183,9 @@ Result<bool> compareSolids(const T4dReader& a, const T4dReader& b, const DiffOpt
 Result<Diff> diff(const std::filesystem::path& a, const std::filesystem::path& b,
                   const DiffOptions& options, const model::Progress& progress) {
   const auto readerA = T4dReader::open(a, formats::T4dOpen::Whole, {}, options.maxCells);
-  if (!readerA) return pass(readerA.error());
+  if (!readerA) return readerA.error();
   const auto readerB = T4dReader::open(b, formats::T4dOpen::Whole, {}, options.maxCells);
-  if (!readerB) return pass(readerB.error());
+  if (!readerB) return readerB.error();
   if (haveTheSameBytes(a, b)) return Diff{SameLevel::Bytes, {}};
   Diff diff;
   const formats::Metadata& ofA = readerA->metadata();
@@ -202,13 +202,13 @@ Result<Diff> diff(const std::filesystem::path& a, const std::filesystem::path& b
     return [&progress, first](double fraction) { progress(first + fraction / 2); };
   };
   const auto sameMesh = compareMeshes(*readerA, *readerB, diff.messages, half(0));
-  if (!sameMesh) return pass(sameMesh.error());
+  if (!sameMesh) return sameMesh.error();
   if (*sameMesh) {
     diff.level = SameLevel::Mesh;
     return diff;
   }
   const auto sameSolid = compareSolids(*readerA, *readerB, options, diff.messages, half(0.5));
-  if (!sameSolid) return pass(sameSolid.error());
+  if (!sameSolid) return sameSolid.error();
   if (*sameSolid) diff.level = SameLevel::Solid;
   return diff;
 }

@@ -26,7 +26,7 @@ Result<void> addBounds(const model::Source& source, model::Bounds3& bounds) {
       continue;
     }
     const auto slab = source.slab(i);
-    if (!slab) return pass(slab.error());
+    if (!slab) return slab.error();
     for (const model::Point4& vertex : (*slab)->vertices) bounds.add(vertex.head<3>());
   }
   return {};
@@ -69,7 +69,7 @@ bool sweptFromMotion(const nlohmann::json& details) {
 
 Result<Input> openInput(const std::string& path, const InputOptions& options) {
   auto opened = formats::T4dReader::open(path, formats::T4dOpen::Whole, {}, options.maxCells);
-  if (!opened) return pass(opened.error());
+  if (!opened) return opened.error();
   auto reader = std::make_shared<formats::T4dReader>(std::move(*opened));
   Input input{reader->name(), reader->metadata(), {}, reader};
   const std::vector<formats::BodyInfo>& infos = input.metadata.bodies;
@@ -135,7 +135,7 @@ formats::Metadata metadataOf(const Input& input, std::string_view generator) {
 
 Result<std::uint64_t> finishEdited(formats::T4dWriter& writer, const Input& input) {
   if (input.reader) {
-    if (auto kept = writer.keep(input.reader->optionalChunks()); !kept) return pass(kept.error());
+    if (auto kept = writer.keep(input.reader->optionalChunks()); !kept) return kept.error();
   }
   return writer.finish();
 }
@@ -175,7 +175,7 @@ Result<model::Bounds3> boundsOf(const Input& input) {
   model::Bounds3 bounds;
   if (!input.reader) {
     for (const model::Body& body : input.bodies) {
-      if (auto added = addBounds(*body.source, bounds); !added) return pass(added.error());
+      if (auto added = addBounds(*body.source, bounds); !added) return added.error();
     }
     return bounds;
   }

@@ -87,7 +87,7 @@ struct Report {
 
 Result<Report> readReport(const std::filesystem::path& path) {
   const auto file = formats::readInputFile(path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   Report report{path, ordered_json::parse(file->bytes, nullptr, false)};
   if (report.json.is_discarded()) return invalid("is not JSON", path.string());
   try {
@@ -216,7 +216,7 @@ Result<JoinedReport> joinedValidations(const std::vector<ordered_json>& reports)
     parts.push_back(std::move(*part));
   }
   const auto validation = joinedValidation(parts);
-  if (!validation) return pass(validation.error());
+  if (!validation) return validation.error();
   const bool deep = reports.front().at("part").at("options").contains("--deep");
   return JoinedReport{"validate", jsonText(jsonOf(*validation, deep)), validation->valid()};
 }
@@ -240,11 +240,11 @@ Result<JoinedReport> joinReports(const std::vector<std::filesystem::path>& files
   std::vector<Report> reports;
   for (const auto& file : files) {
     auto report = readReport(file);
-    if (!report) return pass(report.error());
+    if (!report) return report.error();
     reports.push_back(std::move(*report));
   }
   if (reports.empty()) return invalid("no report is to be joined");
-  if (auto good = putInOrder(reports); !good) return pass(good.error());
+  if (auto good = putInOrder(reports); !good) return good.error();
   std::vector<ordered_json> values;
   for (Report& report : reports) values.push_back(std::move(report.json));
   const std::string verb = values.front().at("part").at("verb");

@@ -100,10 +100,10 @@ Result<std::vector<measure::QualityMeasure>> measuresToWrite(const QualityOption
 Result<void> write(const QualityOptions& options, const Input& input, QualityReport& report,
                    Observer& observer) {
   const auto measures = measuresToWrite(options, report.quality, observer);
-  if (!measures) return pass(measures.error());
+  if (!measures) return measures.error();
   auto writer = formats::T4dWriter::create(options.output, metadataOf(input, options.generator),
                                            {.compression = options.compression});
-  if (!writer) return pass(writer.error());
+  if (!writer) return writer.error();
   const auto stage =
       observer.stage("writing " + options.output, slabCountOf(input.bodies), "slabs");
   std::set<std::string> replaced;
@@ -118,7 +118,7 @@ Result<void> write(const QualityOptions& options, const Input& input, QualityRep
                               replaced.size() == 1 ? "it is" : "they are"));
   }
   const auto bytes = finishEdited(*writer, input);
-  if (!bytes) return pass(bytes.error());
+  if (!bytes) return bytes.error();
   report.bytes = *bytes;
   report.losses = writer->losses();
   return {};
@@ -127,22 +127,22 @@ Result<void> write(const QualityOptions& options, const Input& input, QualityRep
 Result<QualityReport> measureAndWrite(const Input& input, const QualityOptions& options,
                                       Observer& observer) {
   const auto scale = timeScaleOf(options.timeScale, input, observer);
-  if (!scale) return pass(scale.error());
+  if (!scale) return scale.error();
   const auto part = partOf(input, options.part);
-  if (!part) return pass(part.error());
+  if (!part) return part.error();
   auto quality = [&] {
     const auto stage = observer.stage("measuring cells", slabCountOf(part->bodies), "slabs");
     return measure::measureQuality(
         part->bodies, {.timeScale = scale->value, .worst = options.worst}, stage->callback());
   }();
-  if (!quality) return pass(quality.error());
+  if (!quality) return quality.error();
   for (measure::RankedCell& cell : quality->worst) {
     cell.slab += options.part.of(input.bodies[cell.body].source->slabCount()).begin;
   }
   QualityReport report{std::move(*quality), scale->reason, {}};
   for (const model::Body& body : input.bodies) report.bodies.push_back(body.name);
   if (!options.output.empty()) {
-    if (auto done = write(options, *part, report, observer); !done) return pass(done.error());
+    if (auto done = write(options, *part, report, observer); !done) return done.error();
   }
   return report;
 }
@@ -152,7 +152,7 @@ Result<QualityReport> measureAndWrite(const Input& input, const QualityOptions& 
 Result<QualityReport> quality(const Input& input, const QualityOptions& options,
                               Observer& observer) {
   auto report = measureAndWrite(input, options, observer);
-  if (!report) return pass(inInput(report.error(), input));
+  if (!report) return inInput(report.error(), input);
   return report;
 }
 

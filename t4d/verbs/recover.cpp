@@ -62,7 +62,7 @@ Result<RecoverReport> recover(const std::filesystem::path& input,
     return [&progress, index](double f) { progress((index + f) / 3); };
   };
   auto salvage = formats::T4dSalvage::open(input, third(0));
-  if (!salvage) return pass(salvage.error());
+  if (!salvage) return salvage.error();
   RecoverReport report;
   report.slabsSaved = salvage->slabsSaved();
   report.slabsKnown = salvage->slabsKnown();
@@ -73,7 +73,7 @@ Result<RecoverReport> recover(const std::filesystem::path& input,
 
   const formats::Metadata metadata = metadataOf(*salvage, input, options.generator);
   auto writer = formats::T4dWriter::create(output, metadata);
-  if (!writer) return pass(writer.error());
+  if (!writer) return writer.error();
   std::uint64_t before = 0;
   for (std::size_t i = 0; i < metadata.bodies.size(); ++i) {
     const model::Source& slabs = salvage->body(i);
@@ -83,10 +83,10 @@ Result<RecoverReport> recover(const std::filesystem::path& input,
       const double done = static_cast<double>(before) + fraction * double(slabs.slabCount());
       progress(done / static_cast<double>(report.slabsSaved));
     };
-    if (auto pumped = pump(slabs, closer, ofAll); !pumped) return pass(pumped.error());
+    if (auto pumped = pump(slabs, closer, ofAll); !pumped) return pumped.error();
     before += slabs.slabCount();
     auto ends = closer.finish();
-    if (!ends) return pass(ends.error());
+    if (!ends) return ends.error();
     for (const edit::RunEnd& end : *ends) {
       const std::string& name = metadata.bodies[i].name;
       const std::uint64_t offset = salvage->slabOffset(i, end.slab);
@@ -105,7 +105,7 @@ Result<RecoverReport> recover(const std::filesystem::path& input,
       }
     }
   }
-  if (auto kept = writer->keep(salvage->optionalChunks()); !kept) return pass(kept.error());
+  if (auto kept = writer->keep(salvage->optionalChunks()); !kept) return kept.error();
   const auto addLost = [&](const formats::ChunkFile& /*file*/,
                            const formats::ChunkHeader& header) -> Result<void> {
     if (formats::isSafeToCopy(header.type)) return {};
@@ -114,12 +114,12 @@ Result<RecoverReport> recover(const std::filesystem::path& input,
     report.lost.push_back({header.offset, lost.lines().front(), {}});
     return {};
   };
-  if (auto added = salvage->optionalChunks().each(addLost); !added) return pass(added.error());
-  if (auto bytes = writer->finish(); !bytes) return pass(bytes.error());
+  if (auto added = salvage->optionalChunks().each(addLost); !added) return added.error();
+  if (auto bytes = writer->finish(); !bytes) return bytes.error();
   std::stable_sort(report.lost.begin(), report.lost.end(),
                    [](const auto& a, const auto& b) { return a.offset < b.offset; });
   auto validation = verbs::validate(output, {}, third(2));
-  if (!validation) return pass(validation.error());
+  if (!validation) return validation.error();
   report.validation = std::move(*validation);
   return report;
 }

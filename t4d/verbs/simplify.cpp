@@ -43,7 +43,7 @@ std::uint64_t cellsOf(const Input& input) {
 Result<edit::SimplifyOptions> optionsOf(const SimplifyOptions& wanted, const Input& input,
                                         double timeScale) {
   const auto bounds = boundsOf(input);
-  if (!bounds) return pass(bounds.error());
+  if (!bounds) return bounds.error();
   const double size = bounds->empty() ? 0 : (bounds->max - bounds->min).norm();
   edit::SimplifyOptions options;
   options.timeScale = timeScale;
@@ -72,7 +72,7 @@ Result<void> noteSweeps(const Input& input, Observer& observer) {
     const std::size_t slabs = body.source->slabCount();
     if (slabs < 2) continue;
     const auto slab = body.source->slab(1);
-    if (!slab) return pass(slab.error());
+    if (!slab) return slab.error();
     if (!(*slab)->upperPose) continue;
     observer.note(
         fmt::format("body '{}' is swept: its file holds poses of one solid, and is small as it is; "
@@ -125,18 +125,18 @@ Result<void> write(const Input& input, const edit::SimplifyOptions& options,
                    std::vector<model::SourcePart>& before, Observer& observer) {
   auto writer = formats::T4dWriter::create(wanted.output, metadataOf(input, wanted.generator),
                                            {.compression = wanted.compression});
-  if (!writer) return pass(writer.error());
+  if (!writer) return writer.error();
   const auto stage = observer.stage("simplifying", slabCountOf(input.bodies), "slabs");
   for (std::size_t b = 0; b < input.bodies.size(); ++b) {
     const model::Source& source = *input.bodies[b].source;
     const auto done =
         edit::simplify(source, options, writer->body(b), stage->part(source.slabCount()));
-    if (!done) return pass(done.error());
+    if (!done) return done.error();
     add(*done, report.mesh);
     before.emplace_back(source, done->slabs[0], done->slabs[1]);
   }
   const auto bytes = finishEdited(*writer, input);
-  if (!bytes) return pass(bytes.error());
+  if (!bytes) return bytes.error();
   report.bytes = *bytes;
   report.losses = writer->losses();
   if (!report.mesh.droppedAttributes.empty()) {
@@ -150,9 +150,9 @@ Result<void> write(const Input& input, const edit::SimplifyOptions& options,
 Result<std::pair<SlicePair, double>> comparedAt(const Input& before, const Input& after,
                                                 double time, double tolerance) {
   auto a = measure::solidAt(before.bodies, time);
-  if (!a) return pass(a.error());
+  if (!a) return a.error();
   auto b = measure::solidAt(after.bodies, time);
-  if (!b) return pass(b.error());
+  if (!b) return b.error();
   const double distance = measure::surfaceDistance(*a, *b, tolerance).hausdorff();
   return std::pair(SlicePair{time, std::move(*a), std::move(*b)}, distance);
 }
@@ -179,7 +179,7 @@ Result<void> compareSlices(const Input& before, const Input& after, const Simpli
       },
       [&, i = std::size_t{0}](const Compared& compared) mutable {
         if (!*compared) {
-          done = pass(compared->error());
+          done = compared->error();
           return false;
         }
         auto& [pair, distance] = **compared;
@@ -208,7 +208,7 @@ Result<void> measureCells(const Input& before, const Input& after, double timeSc
   for (const Input* input : {&before, &after}) {
     auto quality = measure::measureQuality(input->bodies, {.timeScale = timeScale, .worst = 0},
                                            stage->part(slabCountOf(input->bodies)));
-    if (!quality) return pass(quality.error());
+    if (!quality) return quality.error();
     report.quality[which++] = std::move(*quality);
   }
   return {};
@@ -220,29 +220,29 @@ Result<SimplifyReport> simplifyAndMeasure(const Input& input, const SimplifyOpti
     return fail(ErrorCode::Options, "either a ratio or a number of cells can be given");
   }
   const auto scale = timeScaleOf(wanted.timeScale, input, observer);
-  if (!scale) return pass(scale.error());
+  if (!scale) return scale.error();
   const auto options = optionsOf(wanted, input, scale->value);
-  if (!options) return pass(options.error());
+  if (!options) return options.error();
   SimplifyReport report;
   report.scaleReason = scale->reason;
   report.bytesBefore = input.reader ? input.reader->fileBytes() : 0;
-  if (auto noted = noteSweeps(input, observer); !noted) return pass(noted.error());
+  if (auto noted = noteSweeps(input, observer); !noted) return noted.error();
   const auto begin = std::chrono::steady_clock::now();
   std::vector<model::SourcePart> parts;
   if (auto done = write(input, *options, wanted, report, parts, observer); !done) {
-    return pass(done.error());
+    return done.error();
   }
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   noteGoal(*options, report.mesh, observer);
   Input before = input;
   for (std::size_t b = 0; b < parts.size(); ++b) before.bodies[b].source = &parts[b];
   const auto after = openInput(wanted.output);
-  if (!after) return pass(after.error());
+  if (!after) return after.error();
   if (auto done = compareSlices(before, *after, wanted, report, observer); !done) {
-    return pass(done.error());
+    return done.error();
   }
   if (auto done = measureCells(before, *after, scale->value, report, observer); !done) {
-    return pass(done.error());
+    return done.error();
   }
   noteNeedles(wanted, report, observer);
   return report;
@@ -253,7 +253,7 @@ Result<SimplifyReport> simplifyAndMeasure(const Input& input, const SimplifyOpti
 Result<SimplifyReport> simplify(const Input& input, const SimplifyOptions& options,
                                 Observer& observer) {
   auto report = simplifyAndMeasure(input, options, observer);
-  if (!report) return pass(inInput(report.error(), input));
+  if (!report) return inInput(report.error(), input);
   return report;
 }
 

@@ -10,7 +10,7 @@ namespace {
 /// The length of the diagonal of the mesh in space; 0 if it is empty.
 Result<double> sizeOf(const Input& input) {
   const auto bounds = boundsOf(input);
-  if (!bounds) return pass(bounds.error());
+  if (!bounds) return bounds.error();
   return bounds->empty() ? 0.0 : (bounds->max - bounds->min).norm();
 }
 
@@ -36,16 +36,16 @@ Result<TimeScale> timeScaleOf(const std::optional<double>& given, const Input& i
   const model::TimeSpan span = model::timeSpanOf(input.bodies);
   if (given) {
     const auto size = sizeOf(input);
-    if (!size) return pass(size.error());
-    if (auto fits = checkScale(*given, *size, span); !fits) return pass(fits.error());
+    if (!size) return size.error();
+    if (auto fits = checkScale(*given, *size, span); !fits) return fits.error();
     return TimeScale{*given, "as given"};
   }
   const auto stage = observer.stage("measuring the speed", slabCountOf(input.bodies), "slabs");
   const auto speed = measure::meanNormalSpeed(input.bodies, stage->callback());
-  if (!speed) return pass(speed.error());
+  if (!speed) return speed.error();
   if (*speed > 0) return TimeScale{*speed, "the mean normal speed"};
   const auto size = sizeOf(input);
-  if (!size) return pass(size.error());
+  if (!size) return size.error();
   if (!(span.end > span.begin && *size > 0)) return TimeScale{1, "nothing moves or lasts"};
   return TimeScale{*size / (span.end - span.begin),
                    "nothing moves; the size divided by the duration"};

@@ -33,7 +33,7 @@ void add(Validation& validation, measure::MeshReport report, const formats::Meta
 Result<Validation> broken(const Error& error, const std::filesystem::path& file,
                           Validation validation = {}) {
   const bool nobodysFault = error.code == ErrorCode::Io || error.code == ErrorCode::Failed;
-  if (nobodysFault || error.remedy == Remedy::MoreCells) return pass(error);
+  if (nobodysFault || error.remedy == Remedy::MoreCells) return error;
   validation.mesh.reset();
   validation.issues.add(damageOf(error, file));
   return validation;

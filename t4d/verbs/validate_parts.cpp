@@ -24,7 +24,7 @@ using nlohmann::ordered_json;
 Result<PartValidation> broken(const Error& error, const std::filesystem::path& file,
                               PartValidation part, bool beforeAll) {
   const bool nobodysFault = error.code == ErrorCode::Io || error.code == ErrorCode::Failed;
-  if (nobodysFault || error.remedy == Remedy::MoreCells) return pass(error);
+  if (nobodysFault || error.remedy == Remedy::MoreCells) return error;
   part.damage = damageOf(error, file);
   part.beforeAll = beforeAll;
   return part;
@@ -37,13 +37,13 @@ Result<PartOfMesh> check(const model::Source& source, const model::PartRange& ra
   measure::MeshChecker checker(options);
   if (range.begin > 0) {
     const auto before = source.slab(range.begin - 1);
-    if (!before) return pass(before.error());
+    if (!before) return before.error();
     if (auto begun = checker.startAfter(**before, range.begin - 1); !begun) {
-      return pass(begun.error());
+      return begun.error();
     }
   }
   const model::SourcePart share(source, range.begin, range.end);
-  if (auto done = model::pump(share, checker, progress); !done) return pass(done.error());
+  if (auto done = model::pump(share, checker, progress); !done) return done.error();
   return checker.finishPart();
 }
 
@@ -259,7 +259,7 @@ Result<Validation> joinedValidation(const std::vector<PartValidation>& parts) {
     if (ofBody.size() < parts.size()) return invalid("the parts do not have the same bodies");
     const PartValidation::Body& body = parts.front().bodies[i];
     auto report = measure::joinedReport(ofBody);
-    if (!report) return pass(report.error());
+    if (!report) return report.error();
     formats::BodySummary found;
     found.vertices = report->vertices;
     found.tetrahedra = report->tetrahedra;

@@ -80,12 +80,12 @@ class AdvectedFrames : public FrameSource {
     const std::size_t step = index % substeps_;
     const bool isFirst = !std::exchange(begun_, true);
     if (isFirst && step != 0) {
-      if (auto read = readNext(index / substeps_); !read) return pass(read.error());
+      if (auto read = readNext(index / substeps_); !read) return read.error();
     }
     if (isFirst || step == 1 % substeps_) {
       before_ = std::move(next_);
       if (auto read = readNext((index + substeps_ - 1) / substeps_); !read) {
-        return pass(read.error());
+        return read.error();
       }
     }
     return step == 0 ? next_.frame : between(index, step);
@@ -94,7 +94,7 @@ class AdvectedFrames : public FrameSource {
  private:
   Result<void> readNext(std::size_t index) {
     auto frame = frames_->frame(index);
-    if (!frame) return pass(frame.error());
+    if (!frame) return frame.error();
     if (!frame->hasValues()) {
       return invalid(
           "says only what is inside: velocities carry level sets and densities, whose values say "
@@ -102,7 +102,7 @@ class AdvectedFrames : public FrameSource {
           frames_->nameOf(index));
     }
     auto velocity = velocities_->field(index);
-    if (!velocity) return pass(velocity.error());
+    if (!velocity) return velocity.error();
     next_ = {std::move(*frame), std::move(*velocity)};
     return {};
   }
@@ -126,7 +126,7 @@ class AdvectedFrames : public FrameSource {
   }
 
   Result<Frame> between(std::size_t index, std::size_t step) {
-    if (auto done = prepare(index / substeps_); !done) return pass(done.error());
+    if (auto done = prepare(index / substeps_); !done) return done.error();
     const double part = static_cast<double>(step) / substeps_;
     const double begin = before_.frame.time;
     const double end = next_.frame.time;

@@ -54,7 +54,7 @@ class ArrayFrames : public FrameSource {
 template <class T>
 Result<std::unique_ptr<FrameSource>> arrayFrames(std::span<const ArrayFrame<T>> frames,
                                                  const ArrayOptions& options) {
-  if (auto checked = checkArraySize(options.size); !checked) return pass(checked.error());
+  if (auto checked = checkArraySize(options.size); !checked) return checked.error();
   const std::size_t points = options.size[0] * options.size[1] * options.size[2];
   const Lattice& lattice = options.lattice;
   if (!(lattice.voxelSize > 0) || !std::isfinite(lattice.voxelSize) ||
@@ -63,7 +63,7 @@ Result<std::unique_ptr<FrameSource>> arrayFrames(std::span<const ArrayFrame<T>> 
                                lattice.origin[0], lattice.origin[1], lattice.origin[2]));
   }
   const auto rule = arrayRule(kTypeOf<T>, "", options.iso, {});
-  if (!rule) return pass(rule.error());
+  if (!rule) return rule.error();
   double farthest = 0;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const auto values = frames[i].values;
@@ -80,7 +80,7 @@ Result<std::unique_ptr<FrameSource>> arrayFrames(std::span<const ArrayFrame<T>> 
     farthest = std::max(farthest, signs->farthest);
   }
   const auto outside = fieldOutside(*rule, farthest);
-  if (!outside) return pass(outside.error());
+  if (!outside) return outside.error();
   return std::make_unique<ArrayFrames<T>>(frames, options, *rule, *outside);
 }
 

@@ -29,7 +29,7 @@ BlockValues valuesOf(const Frame& frame, std::size_t i, ValueBuffer& buffer) {
 
 Result<void> moveValuesToFile(Frame& frame) {
   auto file = FrameFile::create();
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   const std::size_t valueSize = valueSizeOf(frame);
   constexpr std::size_t kBlocksAtOnce = 256;
   std::vector<std::byte> together;

@@ -7,7 +7,7 @@ namespace t4d::voxel4d {
 
 Result<std::unique_ptr<FrameFile>> FrameFile::create() {
   auto file = system::ScratchFile::create();
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   return std::unique_ptr<FrameFile>(new FrameFile(std::move(*file)));
 }
 

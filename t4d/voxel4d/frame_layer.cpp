@@ -82,9 +82,9 @@ Result<FrameLayer> FrameLayer::of(Frame frame, const Lattice& lattice, std::size
   layer.hasFloats_ = layer.frame_.samples ? layer.frame_.samples->hasFloats()
                                           : valueSizeOf(layer.frame_) == sizeof(float);
   layer.findSolidBlocks();
-  if (auto found = layer.findSurfaceBlocks(); !found) return pass(found.error());
-  if (auto numbered = layer.numberCrossings(); !numbered) return pass(numbered.error());
-  if (auto kept = layer.keepFractions(largeFrame); !kept) return pass(kept.error());
+  if (auto found = layer.findSurfaceBlocks(); !found) return found.error();
+  if (auto numbered = layer.numberCrossings(); !numbered) return numbered.error();
+  if (auto kept = layer.keepFractions(largeFrame); !kept) return kept.error();
   return layer;
 }
 
@@ -220,7 +220,7 @@ Result<void> FrameLayer::numberCrossings() {
   crossingIndex_.reserve(crossings_.size());
   for (std::uint32_t i = 0; i < crossings_.size(); ++i) {
     const auto next = numberFrom(vertexCount_, crossings_[i]);
-    if (!next) return pass(next.error());
+    if (!next) return next.error();
     vertexCount_ = *next;
     crossingIndex_.add(crossings_[i].coord, i);
   }
@@ -276,7 +276,7 @@ Result<void> FrameLayer::keepFractions(std::size_t largeFrame) {
     return {};
   }
   auto file = FrameFile::create();
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   constexpr std::size_t kMost = std::size_t{1} << 16U;
   std::vector<double> fractions;
   for (std::size_t begin = 0, end = 0; begin < crossings_.size(); begin = end) {

@@ -92,7 +92,7 @@ Result<std::uint64_t> countOfSteps(const model::TimeSpan& span, const FrameTimes
         fmt::format("the time between frames is {}; it must be a positive number", step));
   }
   const double steps = std::floor((span.end - span.begin) / step + kStepTolerance);
-  if (auto checked = checkCount(steps + 1); !checked) return pass(checked.error());
+  if (auto checked = checkCount(steps + 1); !checked) return checked.error();
   if (!(steps >= 1)) {
     return invalid(fmt::format("the time between frames is {}, but from {} to {} there is only {}",
                                step, span.begin, span.end, span.end - span.begin));
@@ -113,14 +113,14 @@ Result<std::vector<double>> frameTimes(const model::TimeSpan& span, const FrameT
   std::vector<double> times;
   if (when.step) {
     auto count = countOfSteps(span, when);
-    if (!count) return pass(count.error());
+    if (!count) return count.error();
     times = model::steppedTimes(span.begin, *when.step, *count);
     times.back() = std::min(times.back(), span.end);
   } else {
     const std::uint64_t count = when.count.value_or(0);
     if (count < 2) return invalid(fmt::format("{} frames; a series needs two or more", count));
     if (auto checked = checkCount(static_cast<double>(count)); !checked) {
-      return pass(checked.error());
+      return checked.error();
     }
     times = model::evenTimes(span, count);
   }

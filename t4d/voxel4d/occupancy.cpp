@@ -411,7 +411,7 @@ Result<void> checkVoxelizable(const TriangleMesh& mesh, const Lattice& lattice) 
 }
 
 Result<Frame> occupancy(const TriangleMesh& mesh, const Lattice& lattice, double time) {
-  if (auto checked = checkVoxelizable(mesh, lattice); !checked) return pass(checked.error());
+  if (auto checked = checkVoxelizable(mesh, lattice); !checked) return checked.error();
   Frame frame;
   frame.time = time;
   if (mesh.triangles.empty()) return frame;

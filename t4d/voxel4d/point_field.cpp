@@ -68,13 +68,13 @@ openvdb::GridBase::Ptr gridOf(const PointField& field) {
 Result<std::uint64_t> writePointField(const std::filesystem::path& path, const PointField& field) {
   initializeOpenVdb();
   auto part = system::PartFile::create(path);
-  if (!part) return pass(part.error());
+  if (!part) return part.error();
   const auto bytes = writeVdbPart(
       *part, path,
       field.whole ? gridOf<openvdb::Int32Grid>(field) : gridOf<openvdb::FloatGrid>(field),
       field.lattice.voxelSize);
   if (!bytes) return bytes;
-  if (auto put = system::PartFile::putInPlace({&*part, 1}); !put) return pass(put.error());
+  if (auto put = system::PartFile::putInPlace({&*part, 1}); !put) return put.error();
   return bytes;
 }
 

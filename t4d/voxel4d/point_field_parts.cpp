@@ -66,7 +66,7 @@ bool isSound(const FieldPart& part) {
 
 Result<FieldPart> readPart(const fs::path& path) {
   auto file = VdbFile::open(path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   const auto noPart = [&] {
     return invalid("is not a part of a field; expected is what t4d envelope writes with --part K/N",
                    path.string());
@@ -78,9 +78,9 @@ Result<FieldPart> readPart(const fs::path& path) {
     part.points[axis] = numberOf(*part.header, kPartPoints[axis]);
   if (!isSound(part)) return noPart();
   auto lattice = latticeOf(*part.header, path.string());
-  if (!lattice) return pass(lattice.error());
+  if (!lattice) return lattice.error();
   part.lattice = *lattice;
-  if (auto good = checkVdbContents(path); !good) return pass(good.error());
+  if (auto good = checkVdbContents(path); !good) return good.error();
   part.identity = identityOf(part);
   return part;
 }
@@ -162,9 +162,9 @@ Result<openvdb::GridBase::Ptr> joinedGrid(const std::vector<FieldPart>& parts) {
   field->setTransform(transformOf(parts.front()));
   for (const FieldPart& part : parts) {
     auto file = VdbFile::open(part.file);
-    if (!file) return pass(file.error());
+    if (!file) return file.error();
     auto read = (*file)->read(0, {.largeTree = std::numeric_limits<std::size_t>::max()});
-    if (!read) return pass(read.error());
+    if (!read) return read.error();
     const auto grid = openvdb::gridConstPtrCast<Grid>(read->grid);
     if (!grid || !hasItsShare(*grid, part)) {
       return invalid("is damaged: it has values outside its part", part.file.string());
@@ -180,21 +180,21 @@ Result<JoinedField> joinPointFields(std::span<const fs::path> parts, const fs::p
   std::vector<FieldPart> read;
   for (const fs::path& file : parts) {
     auto part = readPart(file);
-    if (!part) return pass(part.error());
+    if (!part) return part.error();
     read.push_back(std::move(*part));
   }
   if (read.empty()) return invalid("no part of a field is to be joined");
-  if (auto good = putInOrder(read); !good) return pass(good.error());
+  if (auto good = putInOrder(read); !good) return good.error();
   const FieldPart& first = read.front();
   const auto grid = first.header->isType<openvdb::FloatGrid>()
                         ? joinedGrid<openvdb::FloatGrid>(read)
                         : joinedGrid<openvdb::Int32Grid>(read);
-  if (!grid) return pass(grid.error());
+  if (!grid) return grid.error();
   auto file = system::PartFile::create(path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   const auto bytes = writeVdbPart(*file, path, *grid, first.lattice.voxelSize);
-  if (!bytes) return pass(bytes.error());
-  if (auto put = system::PartFile::putInPlace({&*file, 1}); !put) return pass(put.error());
+  if (!bytes) return bytes.error();
+  if (auto put = system::PartFile::putInPlace({&*file, 1}); !put) return put.error();
   return JoinedField{(*grid)->getName(), (*grid)->activeVoxelCount(), *bytes};
 }
 

@@ -62,7 +62,7 @@ Result<Region> parseRegion(std::string_view text) {
   Region region;
   for (std::size_t i = 0; i < words.size(); ++i) {
     auto range = parseRange(words[i], kAxes[i]);
-    if (!range) return pass(range.error());
+    if (!range) return range.error();
     (i < 3 ? region.space[i] : region.time) = *range;
   }
   return region;

@@ -27,8 +27,8 @@ constexpr std::uint32_t kNewestVersion = 224;
 
 constexpr std::string_view kHalfSuffix = "_HalfFloat";
 
-tl::unexpected<Error> damaged(const std::string& where, const std::exception& error) {
-  if (const auto* failure = dynamic_cast<const VdbFailure*>(&error)) return pass(failure->error);
+Error damaged(const std::string& where, const std::exception& error) {
+  if (const auto* failure = dynamic_cast<const VdbFailure*>(&error)) return failure->error;
   if (dynamic_cast<const VdbDamage*>(&error) != nullptr) return invalid(error.what(), where);
   if (dynamic_cast<const std::ios_base::failure*>(&error) != nullptr) {
     return invalid("is cut off or damaged: it ends before what it announces", where);

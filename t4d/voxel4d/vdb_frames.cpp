@@ -89,7 +89,7 @@ Result<Lattice> checkHeaders(const std::vector<VdbPlace>& places, const VdbFrame
   for (std::size_t i = 0; i < places.size(); ++i) {
     const auto& [file, grid, where, header, time] = places[i];
     const auto thisKind = kindOf(*header, where);
-    if (!thisKind) return pass(thisKind.error());
+    if (!thisKind) return thisKind.error();
     if (i == 0) kind = *thisKind;
     if (*thisKind != kind) {
       return invalid(
@@ -108,7 +108,7 @@ Result<Lattice> checkHeaders(const std::vector<VdbPlace>& places, const VdbFrame
                      Remedy::IsoValue);
     }
     const auto here = latticeOf(*header, where);
-    if (!here) return pass(here.error());
+    if (!here) return here.error();
     if (i == 0) lattice = *here;
     if (!(*here == lattice)) {
       const auto text = [](const Lattice& l) {
@@ -162,7 +162,7 @@ class VdbFrames : public FrameSource {
   Result<Frame> frame(std::size_t index) override {
     const VdbPlace& place = places_[index];
     auto grid = reader_.read(place, read_);
-    if (!grid) return pass(grid.error());
+    if (!grid) return grid.error();
     auto frame = frameOf(*grid, place.time, iso_, place.where);
     if (!frame) return frame;
     border_.look(*frame);
@@ -206,15 +206,15 @@ Result<std::unique_ptr<FrameSource>> openVdbFrames(std::span<const fs::path> inp
         "a region and a velocity exclude each other: where a solid is cut off it does not move");
   }
   auto files = vdbFilesOf(inputs);
-  if (!files) return pass(files.error());
+  if (!files) return files.error();
   std::vector<std::string> velocity;
   if (!options.velocity.empty()) {
     auto names = vdbVelocityGrids(files->front(), options.velocity);
-    if (!names) return pass(names.error());
+    if (!names) return names.error();
     velocity = std::move(*names);
   }
   auto places = vdbPlacesOf(*files, options.grid, velocity);
-  if (!places) return pass(places.error());
+  if (!places) return places.error();
   const auto lattice = checkHeaders(*places, options);
   if (!lattice) {
     Error error = lattice.error();
@@ -222,7 +222,7 @@ Result<std::unique_ptr<FrameSource>> openVdbFrames(std::span<const fs::path> inp
     if (error.remedy == Remedy::None && files->size() == 1 && severalNames(*places)) {
       error.remedy = Remedy::GridName;
     }
-    return pass(std::move(error));
+    return error;
   }
   if (places->size() == 1) {
     return invalid("one frame only; a 4D mesh needs two or more", places->front().where);
@@ -231,11 +231,11 @@ Result<std::unique_ptr<FrameSource>> openVdbFrames(std::span<const fs::path> inp
       !options.frameTime && std::ranges::none_of(*places, [](const VdbPlace& place) {
         return numberOf(*place.header, kTimeMetadata).has_value();
       });
-  if (auto set = setTimes(*places, options, oneApart); !set) return pass(set.error());
+  if (auto set = setTimes(*places, options, oneApart); !set) return set.error();
   if (options.region) {
     const auto used =
         extentOf(options.region->time, 't', places->size(), places->front().file.string());
-    if (!used) return pass(used.error());
+    if (!used) return used.error();
     keep(*places, *used);
   }
   const std::size_t count = places->size();
@@ -250,7 +250,7 @@ Result<std::unique_ptr<FrameSource>> openVdbFrames(std::span<const fs::path> inp
         files->front().string(), Remedy::FrameTime);
   }
   auto velocities = openVdbVelocity(*files, velocity, *lattice, count);
-  if (!velocities) return pass(velocities.error());
+  if (!velocities) return velocities.error();
   return advectedFrames(std::move(frames), std::move(*velocities), options.substeps);
 }
 

@@ -71,7 +71,7 @@ bool maskOf(const Value* value, const Rule<Value>& rule, BlockMask& mask) {
   return usable;
 }
 
-tl::unexpected<Error> notFinite(const std::string& where, const openvdb::Coord& at) {
+Error notFinite(const std::string& where, const openvdb::Coord& at) {
   return invalid(fmt::format("has values that are not finite, at or near the voxel ({}, {}, {})",
                              at.x(), at.y(), at.z()),
                  where);
@@ -181,11 +181,11 @@ Result<Frame> frameOfGrid(const std::shared_ptr<const Grid>& grid,
   std::vector<const Upper*> upper;
   tree.getNodes(lower);
   tree.getNodes(upper);
-  if (auto added = addTiles(lower, rule, where, frame.tiles); !added) return pass(added.error());
-  if (auto added = addTiles(upper, rule, where, frame.tiles); !added) return pass(added.error());
+  if (auto added = addTiles(lower, rule, where, frame.tiles); !added) return added.error();
+  if (auto added = addTiles(upper, rule, where, frame.tiles); !added) return added.error();
   if (auto added = addTiles(std::vector<const Root*>{&tree.root()}, rule, where, frame.tiles);
       !added) {
-    return pass(added.error());
+    return added.error();
   }
   std::sort(frame.tiles.begin(), frame.tiles.end(),
             [](const InsideTile& a, const InsideTile& b) { return a.coord < b.coord; });
@@ -306,7 +306,7 @@ Result<Lattice> latticeOf(const openvdb::GridBase& grid, const std::string& wher
 Result<Frame> frameOf(const VdbGrid& whole, double time, const std::optional<double>& iso,
                       const std::string& where) {
   const auto& [grid, values] = whole;
-  if (auto kind = kindOf(*grid, where); !kind) return pass(kind.error());
+  if (auto kind = kindOf(*grid, where); !kind) return kind.error();
   if (auto floats = openvdb::gridConstPtrCast<openvdb::FloatGrid>(grid)) {
     return frameOfGrid(floats, values, time, iso, where);
   }

@@ -38,7 +38,7 @@ Result<std::vector<fs::path>> vdbFilesOf(std::span<const fs::path> inputs) {
       continue;
     }
     auto found = filesIn(input);
-    if (!found) return pass(found.error());
+    if (!found) return found.error();
     files.insert(files.end(), found->begin(), found->end());
   }
   if (files.empty()) return invalid("no frames: no .vdb file is given");
@@ -53,7 +53,7 @@ Result<std::vector<VdbPlace>> vdbPlacesOf(std::span<const fs::path> files, const
   std::vector<VdbPlace> places;
   for (const fs::path& path : files) {
     auto file = VdbFile::open(path);
-    if (!file) return pass(file.error());
+    if (!file) return file.error();
     const auto grids = (*file)->grids();
     std::vector<std::size_t> chosen;
     std::string names;
@@ -88,7 +88,7 @@ Result<VdbGrid> VdbPlaceReader::read(const VdbPlace& place, const VdbTreeOptions
   if (!file_ || path_ != place.file) {
     file_.reset();
     auto file = VdbFile::open(place.file);
-    if (!file) return pass(file.error());
+    if (!file) return file.error();
     file_ = std::move(*file);
     path_ = place.file;
   }

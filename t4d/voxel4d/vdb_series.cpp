@@ -143,7 +143,7 @@ Result<VdbSeries> VdbSeries::create(const fs::path& folder, std::size_t frames,
                   folder.string());
     }
     if (auto good = system::checkReplaceable(folder, series.names_); !good) {
-      return pass(good.error());
+      return good.error();
     }
   } else {
     const system::HeldCleanup held;
@@ -173,7 +173,7 @@ VdbSeries::~VdbSeries() {
 Result<std::uint64_t> VdbSeries::put(const openvdb::GridBase::Ptr& grid, double voxelSize) {
   const fs::path target = folder_ / nextName();
   auto part = system::PartFile::create(target);
-  if (!part) return pass(part.error());
+  if (!part) return part.error();
   const auto bytes = writeVdbPart(*part, target, grid, voxelSize);
   if (!bytes) return bytes;
   parts_.push_back(std::move(*part));

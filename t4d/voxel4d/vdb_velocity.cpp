@@ -67,12 +67,12 @@ class VdbVelocity : public VelocitySource {
     for (const auto& frames : places_) {
       const VdbPlace& place = frames[index];
       auto read = reader_.read(place, inMemory);
-      if (!read) return pass(read.error());
+      if (!read) return read.error();
       const auto lattice = latticeOf(*read->grid, place.where);
-      if (!lattice) return pass(lattice.error());
+      if (!lattice) return lattice.error();
       auto added = places_.size() == 1 ? addVector(*read->grid, *lattice, place.where, components)
                                        : addFloat(*read->grid, *lattice, place.where, components);
-      if (!added) return pass(added.error());
+      if (!added) return added.error();
       field.moves = field.moves || read->grid->activeVoxelCount() > 0;
     }
     field.at = [components = std::move(components),
@@ -129,7 +129,7 @@ class VdbVelocity : public VelocitySource {
 
 Result<std::vector<std::string>> vdbVelocityGrids(const fs::path& path, const std::string& name) {
   const auto file = VdbFile::open(path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   std::string names;
   const auto has = [&](const std::string& wanted) {
     return std::ranges::any_of((*file)->grids(),
@@ -163,7 +163,7 @@ Result<std::unique_ptr<VelocitySource>> openVdbVelocity(std::span<const fs::path
   std::vector<std::vector<VdbPlace>> places;
   for (const std::string& grid : grids) {
     auto found = vdbPlacesOf(files, grid);
-    if (!found) return pass(found.error());
+    if (!found) return found.error();
     if (found->size() != frames) {
       return invalid(fmt::format("has {} grids '{}' for {} frames; each frame needs its velocity",
                                  found->size(), grid, frames),
@@ -173,7 +173,7 @@ Result<std::unique_ptr<VelocitySource>> openVdbVelocity(std::span<const fs::path
       const bool vector = grids.size() == 1;
       const openvdb::GridBase& header = *place.header;
       if (vector ? header.isType<openvdb::Vec3SGrid>() : header.isType<openvdb::FloatGrid>()) {
-        if (auto good = latticeOf(header, place.where); !good) return pass(good.error());
+        if (auto good = latticeOf(header, place.where); !good) return good.error();
         continue;
       }
       return invalid(fmt::format("is a grid of type {}; a velocity is a vec3s grid, or three float "

@@ -37,13 +37,13 @@ Result<void> checkVoxelSize(double size, bool mask) {
 }
 
 Result<Voxels> voxelsOf(const SolidAtTime& solid, double time, const Lattice& lattice, bool mask) {
-  if (auto good = checkVoxelSize(lattice.voxelSize, mask); !good) return pass(good.error());
+  if (auto good = checkVoxelSize(lattice.voxelSize, mask); !good) return good.error();
   const auto withTime = [&](Error error) {
     error.message = fmt::format("at time {}: {}", time, error.message);
-    return pass(std::move(error));
+    return error;
   };
   auto mesh = solid(time);
-  if (!mesh) return pass(mesh.error());
+  if (!mesh) return mesh.error();
   auto inside = occupancy(*mesh, lattice, time);
   if (!inside) return withTime(inside.error());
   Voxels voxels{std::move(*inside), nullptr};
@@ -69,7 +69,7 @@ class VoxelFrames : public FrameSource {
 
   Result<Frame> frame(std::size_t index) override {
     auto voxels = voxelsOf(solid_, times_[index], lattice_, mask_);
-    if (!voxels) return pass(voxels.error());
+    if (!voxels) return voxels.error();
     if (mask_) return std::move(voxels->inside);
     return frameOf({voxels->levelSet, nullptr}, times_[index], {},
                    fmt::format("the solid at time {}", times_[index]));
@@ -103,7 +103,7 @@ Result<VoxelSeries> writeVoxelFrames(const SolidAtTime& solid, const std::vector
     // The folder is not touched before the first frame is known to be valid.
     if (!files) {
       auto created = VdbSeries::create(folder, times.size(), options.part);
-      if (!created) return pass(created.error());
+      if (!created) return created.error();
       files.emplace(std::move(*created));
     }
     openvdb::GridBase::Ptr grid = voxels.levelSet;
@@ -113,7 +113,7 @@ Result<VoxelSeries> writeVoxelFrames(const SolidAtTime& solid, const std::vector
     grid->insertMeta(kTimeMetadata, openvdb::DoubleMetadata(time));
     series.files.push_back({files->nextName()});
     auto bytes = files->put(grid, options.voxelSize);
-    if (!bytes) return pass(bytes.error());
+    if (!bytes) return bytes.error();
     series.bytes += *bytes;
     series.files.back().bytes = *bytes;
     const std::uint64_t insidePoints = countInside(voxels.inside);
@@ -130,9 +130,9 @@ Result<VoxelSeries> writeVoxelFrames(const SolidAtTime& solid, const std::vector
     const double time = times[i];
     const bool isOwn = i < own.end;
     auto voxels = voxelsOf(solid, time, lattice, options.mask || !isOwn);
-    if (!voxels) return pass(voxels.error());
+    if (!voxels) return voxels.error();
     if (isOwn) {
-      if (auto put = putFrame(*voxels, time); !put) return pass(put.error());
+      if (auto put = putFrame(*voxels, time); !put) return put.error();
     }
     IndexedFrame after(std::move(voxels->inside));
     FrameParts partsAfter(after);
@@ -148,9 +148,9 @@ Result<VoxelSeries> writeVoxelFrames(const SolidAtTime& solid, const std::vector
   }
   if (files) {
     if (auto done = beforeRenaming ? beforeRenaming() : Result<void>(); !done) {
-      return pass(done.error());
+      return done.error();
     }
-    if (auto done = files->commit(); !done) return pass(done.error());
+    if (auto done = files->commit(); !done) return done.error();
   }
   return series;
 }

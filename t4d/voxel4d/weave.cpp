@@ -28,7 +28,7 @@ class SlabWriter {
     const bool takesTime = crossings.begin < crossings.end;  // that of a cap does not
     auto slab =
         WovenSlab::between(before, after, time, crossings, lattice_, takesTime ? metric_ : nullptr);
-    if (!slab) return pass(slab.error());
+    if (!slab) return slab.error();
     count((*slab)->vertexCount - (*slab)->lowerCount, (*slab)->cellCount);
     if (auto put = sink_.putStreamed(**slab); !put) return put;
     slab->reset();
@@ -40,7 +40,7 @@ class SlabWriter {
 
   Result<void> putGraded(const FrameLayer& layer, CapEnd end) {
     const auto slab = gradedCap(layer, lattice_, end);
-    if (!slab) return pass(slab.error());
+    if (!slab) return slab.error();
     if (auto read = layer.checkRead(); !read) return read;
     const model::Connectivity& connectivity = *slab->connectivity;
     count(connectivity.vertexCount - connectivity.lowerCount, connectivity.cells.size());
@@ -108,7 +108,7 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
   for (std::size_t i = steps.begin; i <= steps.end; ++i) {
     const bool isFirst = i == steps.begin;
     auto frame = frames.frame(i);
-    if (!frame) return pass(frame.error());
+    if (!frame) return frame.error();
     auto checked = checkFrame(*frame);
     if (checked) checked = checkPlace(*frame, place);
     if (!checked) return invalid(checked.error().message, frames.nameOf(i));
@@ -120,7 +120,7 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
     auto layer = FrameLayer::of(std::move(*frame), lattice, options.largeFrame);
     if (!layer) {
       layer.error().where = frames.nameOf(i);
-      return pass(layer.error());
+      return layer.error();
     }
     FrameLayer& after = *layer;
     const double begin = before.time();
@@ -137,14 +137,14 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
     // A cap of half a step waits for the second frame, which says how long a step is.
     if (half && !isFirst && i == 1) {
       const double first = model::dividedTime({end, begin}, 3, 2);
-      if (auto put = putFirstCap(before, first); !put) return pass(put.error());
+      if (auto put = putFirstCap(before, first); !put) return put.error();
     } else if (!half && i == 0) {
-      if (auto put = putFirstCap(after, end); !put) return pass(put.error());
+      if (auto put = putFirstCap(after, end); !put) return put.error();
     }
     if (!isFirst) {
       halfStepAfter = model::dividedTime({begin, end}, 3, 2);
       if (auto put = slabs.put(before, after, {begin, end}, {begin, end}); !put) {
-        return pass(put.error());
+        return put.error();
       }
     }
     FrameParts partsAfter(after.frame());
@@ -166,7 +166,7 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
   if (auto put = graded ? slabs.putGraded(before, CapEnd::Last)
                         : slabs.put(before, nothing, {end, last}, {last, last});
       !put) {
-    return pass(put.error());
+    return put.error();
   }
   slabs.report.capTetrahedra[1] = slabs.lastTetrahedra;
   if (isWhole && slabs.report.tetrahedra == 0) {

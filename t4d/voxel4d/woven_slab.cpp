@@ -117,10 +117,10 @@ Result<std::unique_ptr<WovenSlab>> WovenSlab::between(
     const model::TimeSpan& crossings, const Lattice& lattice, const FaceMetric* metric) {
   std::unique_ptr<WovenSlab> slab(new WovenSlab(before, after, crossings, lattice, metric));
   slab->time = time;
-  if (auto found = slab->findBlocks(); !found) return pass(found.error());
+  if (auto found = slab->findBlocks(); !found) return found.error();
   tbb::parallel_for(std::size_t{0}, slab->blocks_.size(),
                     [&](std::size_t i) { slab->findCubes(slab->blocks_[i]); });
-  if (auto numbered = slab->number(); !numbered) return pass(numbered.error());
+  if (auto numbered = slab->number(); !numbered) return numbered.error();
   if (slab->metric_ != nullptr) slab->findFractions();
   return slab;
 }

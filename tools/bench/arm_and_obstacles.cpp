@@ -49,7 +49,7 @@ Result<std::vector<model::Mesh>> swept(const std::vector<TriangleMesh>& solids,
     auto done = mesh4d::sweep(
         solids[i], motion,
         {.steps = mesh4d::StepsPerSegment{steps}, .caps = mesh4d::CapMethod::Cone}, meshes[i]);
-    if (!done) return pass(done.error());
+    if (!done) return done.error();
   }
   return meshes;
 }
@@ -100,11 +100,11 @@ Result<void> measureArmAndObstacles(Report& report) {
   const model::ScrewRun rest{1, {}, 1};
   const auto motion = model::chainScrews(0, {&turn, 1});
   const auto still = model::chainScrews(0, {&rest, 1});
-  if (!motion || !still) return pass((motion ? still : motion).error());
+  if (!motion || !still) return (motion ? still : motion).error();
   const auto arm = swept(links(), *motion, 60);
-  if (!arm) return pass(arm.error());
+  if (!arm) return arm.error();
   const auto others = swept(obstacles(), *still, 1);
-  if (!others) return pass(others.error());
+  if (!others) return others.error();
   std::vector<measure::SourcePair> pairs;
   for (const model::Mesh& a : *arm) {
     for (const model::Mesh& b : *others) pairs.push_back({&a, &b});

@@ -72,7 +72,7 @@ Result<void> measureCollidedMeshes(const model::TriangleMesh& solid, const model
   const double length = motion.timeEnd() - motion.timeBegin();
   const Eigen::Vector3d way = motion.at(motion.timeEnd()).translation;
   const auto back = straight(length, -way);
-  if (!back) return pass(back.error());
+  if (!back) return back.error();
   const model::TriangleMesh other =
       fixtures::translated(solid, way + Eigen::Vector3d(0, 0.1 * height, 0.05 * height));
   const mesh4d::SweepOptions how{.steps = mesh4d::MinVolumeRatio{minVolumeRatio},
@@ -80,10 +80,10 @@ Result<void> measureCollidedMeshes(const model::TriangleMesh& solid, const model
   model::Mesh a;
   model::Mesh b;
   const auto swept = mesh4d::sweep(solid, motion, how, a);
-  if (!swept) return pass(swept.error());
+  if (!swept) return swept.error();
   mesh4d::SweepOptions sameSteps = how;
   sameSteps.steps = mesh4d::StepsPerSegment{swept->steps};
-  if (auto done = mesh4d::sweep(other, *back, sameSteps, b); !done) return pass(done.error());
+  if (auto done = mesh4d::sweep(other, *back, sameSteps, b); !done) return done.error();
   bool contact = false;
   int frames = 0;
   report.rows.push_back(compare(
@@ -99,17 +99,17 @@ Result<void> measureCollidedMeshes(const model::TriangleMesh& solid, const model
   // Thinner than it goes in a frame.
   const auto still = straight(1, Eigen::Vector3d::Zero());
   const auto shot = straight(1, {1000, 0, 0});
-  if (!still || !shot) return pass((still ? shot : still).error());
+  if (!still || !shot) return (still ? shot : still).error();
   const model::TriangleMesh bullet =
       fixtures::translated(fixtures::cube(0.02), {-500, 0.001, 0.002});
   model::TriangleMesh plate = fixtures::cube(1);
   for (model::Point3& vertex : plate.vertices) vertex.x() *= 0.01;
   model::Mesh bullets;
   model::Mesh plates;
-  if (auto done = mesh4d::sweep(bullet, *shot, how, bullets); !done) return pass(done.error());
-  if (auto done = mesh4d::sweep(plate, *still, how, plates); !done) return pass(done.error());
+  if (auto done = mesh4d::sweep(bullet, *shot, how, bullets); !done) return done.error();
+  if (auto done = mesh4d::sweep(plate, *still, how, plates); !done) return done.error();
   const auto hit = measure::collide(bullets, plates);
-  if (!hit) return pass(hit.error());
+  if (!hit) return hit.error();
   report.figures.push_back({"a bullet through a plate: contacts by collide",
                             static_cast<double>(hit->intervals.size()), ""});
   report.figures.push_back({"the same: frames with contact",

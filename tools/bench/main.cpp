@@ -51,11 +51,11 @@ Result<bench::Report> measureFiles(const Options& options) {
   report.repetitions = options.repetitions;
   report.input = "whole commands";
   const auto folder = temporaryFolder(options);
-  if (!folder) return pass(folder.error());
+  if (!folder) return folder.error();
   const auto program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "t4d";
   auto measured = bench::measureWholeCommands(
       {options.repetitions, options.large, options.mesh, program, folder->path()}, report);
-  if (!measured) return pass(measured.error());
+  if (!measured) return measured.error();
   return report;
 }
 
@@ -68,7 +68,7 @@ Result<bench::Report> measure(const Options& options) {
     if (auto measured =
             bench::measureWovenVoxels(options.repetitions, options.large, options.folder, report);
         !measured) {
-      return pass(measured.error());
+      return measured.error();
     }
     return report;
   }
@@ -76,9 +76,9 @@ Result<bench::Report> measure(const Options& options) {
   if (options.backend == "simplify") {
     report.input = "a woven ball";
     const auto folder = temporaryFolder(options);
-    if (!folder) return pass(folder.error());
+    if (!folder) return folder.error();
     if (auto measured = bench::measureSimplifiedMesh(folder->path(), report); !measured) {
-      return pass(measured.error());
+      return measured.error();
     }
     return report;
   }
@@ -87,7 +87,7 @@ Result<bench::Report> measure(const Options& options) {
   if (options.backend == "arm") {
     report.input = "an arm of six links and twenty obstacles";
     if (auto measured = bench::measureArmAndObstacles(report); !measured) {
-      return pass(measured.error());
+      return measured.error();
     }
     return report;
   }
@@ -98,24 +98,24 @@ Result<bench::Report> measure(const Options& options) {
     solid = fixtures::icosphere(1, 5);
   } else {
     auto loaded = formats::readTriangleMesh(options.mesh);
-    if (!loaded) return pass(loaded.error());
+    if (!loaded) return loaded.error();
     report.input = std::filesystem::path(options.mesh).filename().string();
     solid = std::move(loaded->mesh);
   }
   const auto motion = paperScrew();
-  if (!motion) return pass(motion.error());
+  if (!motion) return motion.error();
 #if T4D_WITH_TETGEN
   if (options.backend == "collide") {
     auto measured = bench::measureCollidedMeshes(solid, *motion, kPaperMinVolumeRatio, report);
-    if (!measured) return pass(measured.error());
+    if (!measured) return measured.error();
     return report;
   }
 #endif
   const auto folder = temporaryFolder(options);
-  if (!folder) return pass(folder.error());
+  if (!folder) return folder.error();
   auto measured =
       bench::measureSweptMesh(solid, *motion, kPaperMinVolumeRatio, folder->path(), report);
-  if (!measured) return pass(measured.error());
+  if (!measured) return measured.error();
   return report;
 }
 

@@ -34,7 +34,7 @@ Result<model::Mesh> wovenBall() {
   options.slope = 1;
   const auto frames = voxel4d::sampledFrames(field, {}, box, times, options);
   model::Mesh mesh;
-  if (auto woven = voxel4d::weave(*frames, {}, mesh); !woven) return pass(woven.error());
+  if (auto woven = voxel4d::weave(*frames, {}, mesh); !woven) return woven.error();
   return mesh;
 }
 
@@ -54,7 +54,7 @@ Result<Collapses> simplified(const model::Mesh& mesh, const edit::SimplifyOption
     model::Mesh result;
     report = edit::simplify(mesh, options, result);
   });
-  if (!report) return pass(report.error());
+  if (!report) return report.error();
   made.count = static_cast<double>(report->verticesBefore - report->vertices);
   return made;
 }
@@ -115,16 +115,16 @@ std::optional<Collapses> ofFastSimplification(const model::TriangleMesh& sphere,
 
 Result<void> measureSimplifiedMesh(const std::filesystem::path& folder, Report& report) {
   const auto mesh = wovenBall();
-  if (!mesh) return pass(mesh.error());
+  if (!mesh) return mesh.error();
   std::uint64_t cells = 0;
   for (const model::Slab& slab : mesh->slabs()) cells += slab.connectivity->cells.size();
   const edit::SimplifyOptions toTenth{.ratio = kRatio};
   const auto alone = simplified(*mesh, toTenth, 1);
-  if (!alone) return pass(alone.error());
+  if (!alone) return alone.error();
   const auto both = simplified(*mesh, toTenth, 2);
-  if (!both) return pass(both.error());
+  if (!both) return both.error();
   const auto proved = simplified(*mesh, {.maxError = 0.3}, 2);
-  if (!proved) return pass(proved.error());
+  if (!proved) return proved.error();
   const model::TriangleMesh sphere = sphereOf(cells);
   const std::string what = "a million collapses of simplify";
   report.rows.push_back({what + ", 1 thread", alone->perMillion(), "meshoptimizer's, of a surface",

@@ -83,7 +83,7 @@ class Commands {
   Result<void> all() {
     const auto fixtures = options_.program.parent_path() / "t4d-fixtures";
     if (auto made = ended({fixtures.string(), options_.folder.string()}); !made) {
-      return pass(made.error());
+      return made.error();
     }
     if (auto done = frames(); !done) return done;
     if (auto done = levelSets(); !done) return done;
@@ -111,7 +111,7 @@ class Commands {
     Run median;
     for (int i = 0; i < options_.repetitions; ++i) {
       const auto run = ended(words);
-      if (!run) return pass(run.error());
+      if (!run) return run.error();
       seconds.push_back(run->seconds);
       median.peakBytes = std::max(median.peakBytes, run->peakBytes);
     }
@@ -141,9 +141,9 @@ class Commands {
                    const Words& peerArguments = {}) {
     fmt::print(stderr, "t4d-bench: {}\n", name);
     const auto one = timed(words, 1);
-    if (!one) return pass(one.error());
+    if (!one) return one.error();
     const auto two = timed(words, 2);
-    if (!two) return pass(two.error());
+    if (!two) return two.error();
     report_.rows.push_back({name + ", 1 thread", one->seconds, "2 threads", two->seconds});
     report_.figures.push_back(
         {name + ": peak memory", static_cast<double>(one->peakBytes) / 1e6, "MB"});
@@ -182,7 +182,7 @@ class Commands {
   Result<void> levelSets() {
     const std::string mesh = options_.mesh.empty() ? at("bolt.obj") : options_.mesh;
     const auto solid = formats::readTriangleMesh(mesh);
-    if (!solid) return pass(solid.error());
+    if (!solid) return solid.error();
     model::Bounds3 bounds;
     for (const model::Point3& vertex : solid->mesh.vertices) bounds.add(vertex);
     const double size = (bounds.max - bounds.min).maxCoeff();
@@ -195,7 +195,7 @@ class Commands {
                            "--voxel-size", fmt::format("{}", size / kVoxels), "--frames", "30",
                            "--quiet", "-o", at("level-sets")});
         !made) {
-      return pass(made.error());
+      return made.error();
     }
     return row("weave 30 level sets (.vdb)", {"weave", at("level-sets"), "-o", at("sets.t4d")});
   }

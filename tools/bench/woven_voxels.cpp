@@ -157,7 +157,7 @@ Result<Measured> measure(const Case& what, int repetitions, std::size_t threads)
     forgetPeak();
     const auto begin = Clock::now();
     const auto woven = voxel4d::weave(frames, {}, drain);
-    if (!woven) return pass(woven.error());
+    if (!woven) return woven.error();
     seconds.push_back(std::chrono::duration<double>(Clock::now() - begin).count() - frames.seconds);
     measured.tetrahedra = woven->tetrahedra;
     measured.bytes = drain.bytes;
@@ -180,14 +180,14 @@ Result<Written> measureWriting(const Case& what, const std::filesystem::path& fo
   metadata.bodies = {{"woven"}};
   const auto path = folder / "woven.t4d";
   auto writer = formats::T4dWriter::create(path, metadata);
-  if (!writer) return pass(writer.error());
+  if (!writer) return writer.error();
   TimedFrames frames(framesOf(what));
   forgetPeak();
   const auto begin = Clock::now();
   const auto woven = voxel4d::weave(frames, {}, writer->body(0));
-  if (!woven) return pass(woven.error());
+  if (!woven) return woven.error();
   const auto bytes = writer->finish();
-  if (!bytes) return pass(bytes.error());
+  if (!bytes) return bytes.error();
   Written written;
   written.seconds = std::chrono::duration<double>(Clock::now() - begin).count() - frames.seconds;
   written.bytes = *bytes;
@@ -218,7 +218,7 @@ Result<void> measureWovenVoxels(int repetitions, bool large, const std::filesyst
     double alone = 0;
     for (const std::size_t threads : {1U, 2U}) {
       const auto measured = measure(one, times, threads);
-      if (!measured) return pass(measured.error());
+      if (!measured) return measured.error();
       const std::string name =
           fmt::format("voxel4d: {}, {} thread{}", one.name, threads, threads == 1 ? "" : "s");
       report.figures.push_back({name + ": cells", static_cast<double>(measured->tetrahedra), ""});
@@ -239,7 +239,7 @@ Result<void> measureWovenVoxels(int repetitions, bool large, const std::filesyst
   }
   for (const auto& [one, times] : cases) {
     const auto written = measureWriting(one, folder);
-    if (!written) return pass(written.error());
+    if (!written) return written.error();
     const std::string name = "voxel4d: " + one.name + ", written";
     report.figures.push_back({name + ": time", 1e3 * written->seconds, "ms"});
     report.figures.push_back({name + ": size", static_cast<double>(written->bytes) / 1e6, "MB"});
@@ -248,8 +248,8 @@ Result<void> measureWovenVoxels(int repetitions, bool large, const std::filesyst
   }
   const auto few = measure(paperCube(64), repetitions, 1);
   const auto many = measure(paperCube(640), repetitions, 1);
-  if (!few) return pass(few.error());
-  if (!many) return pass(many.error());
+  if (!few) return few.error();
+  if (!many) return many.error();
   report.figures.push_back(
       {"voxel4d: ten times as many frames, time", many->seconds / few->seconds, "times"});
   report.figures.push_back({"voxel4d: ten times as many frames, peak memory",

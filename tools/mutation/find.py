@@ -41,7 +41,7 @@ NAMES = {K.DECL_REF_EXPR, K.MEMBER_REF_EXPR, K.OVERLOADED_DECL_REF, K.FIELD_DECL
 STATEMENTS = {K.CALL_EXPR, K.BINARY_OPERATOR, K.COMPOUND_ASSIGNMENT_OPERATOR, K.UNARY_OPERATOR}
 LITERALS = {K.INTEGER_LITERAL, K.FLOATING_LITERAL}
 
-TEXT_TYPE = re.compile(r"^(const )?(tl::unexpected<|t4d::Error\b|std::(__cxx11::)?basic_string<)")
+TEXT_TYPE = re.compile(r"^(const )?(t4d::Error\b|std::(__cxx11::)?basic_string<)")
 SPEED_OR_PROGRESS = re.compile(
     r"reserve|shrink_to_fit|giveBackFreedMemory|madvise|prefetch|[pP]rogress|assert")
 SYMMETRIC = re.compile(r"operator|min|max|minmax|hypot|swap|midpoint|gcd|lcm|dot")

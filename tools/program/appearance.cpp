@@ -138,7 +138,7 @@ Result<Painting> Appearance::paintingOf(const formats::Metadata& metadata,
   const bool distinct = color == "triangle";
   auto colors = convert::attributeColors(distinct ? color : color.substr(kAttribute.size()),
                                          distinct, elements);
-  if (!colors) return pass(colors.error());
+  if (!colors) return colors.error();
   const auto shared = std::make_shared<const convert::AttributeColors>(*colors);
   return Painting{[shared](formats::NamedMesh& mesh, double) { shared->paint(mesh); },
                   std::move(*colors)};

@@ -37,7 +37,7 @@ Result<std::vector<std::filesystem::path>> bodyFiles(const std::string& output,
     files.push_back(path.parent_path() / names.back());
   }
   if (auto good = system::checkReplaceable(path.parent_path(), names); !good) {
-    return pass(good.error());
+    return good.error();
   }
   return files;
 }

@@ -252,11 +252,11 @@ Result<void> writePage(const CollideArguments& options, const std::vector<Collid
     }
     if (pair.collision.contact() && !options.noVolume) {
       auto volumes = measure::overlapVolumes(*pair.a.source, *pair.b.source, one.times);
-      if (!volumes) return pass(volumes.error());
+      if (!volumes) return volumes.error();
       one.overlaps = std::move(*volumes);
     }
     auto shown = verbs::contactView(pair);
-    if (!shown) return pass(shown.error());
+    if (!shown) return shown.error();
     if (*shown) {
       one.time = (*shown)->time;
       one.solidA = std::move((*shown)->a);
@@ -344,7 +344,7 @@ Result<std::vector<verbs::BodyNames>> ignoredPairs(const CollideArguments& optio
   for (const std::string& text : options.ignore) {
     if (formats::lowerCaseExtension(text) == ".srdf") {
       auto listed = formats::readDisabledCollisions(text);
-      if (!listed) return pass(listed.error());
+      if (!listed) return listed.error();
       for (const verbs::BodyNames& links : *listed) {
         for (auto [a, endA] = bodiesOf.equal_range(links[0]); a != endA; ++a) {
           for (auto [b, endB] = bodiesOf.equal_range(links[1]); b != endB; ++b) {

@@ -105,9 +105,9 @@ Result<Truth> truthOf(const CompareArguments& options) {
     const ProgressBar bar("reading " + options.input);
     return formats::readTriangleMesh(options.input);
   }();
-  if (!loaded) return pass(loaded.error());
+  if (!loaded) return loaded.error();
   auto motion = formats::readMotion(options.motion, nullptr, options.table.table);
-  if (!motion) return pass(motion.error());
+  if (!motion) return motion.error();
   std::vector<std::string> files = {options.input, options.motion};
   for (const auto& file : loaded->otherFiles) files.push_back(file.string());
   return Truth{std::move(loaded->mesh), std::move(*motion), !loaded->losses.empty(),
@@ -157,7 +157,7 @@ Result<std::variant<MeshFile, int>> build(const CompareArguments& options, const
     // The other process prints its notices, too.
     auto times = motionFrameTimes(options.frames, *voxelSize, truth.mesh, truth.motion,
                                   options.motion, notes);
-    if (!times) return pass(times.error());
+    if (!times) return times.error();
     file.mesh.name =
         fmt::format("voxel method, {}{}{}", *voxelSize, truth.motion.lengthUnit.empty() ? "" : " ",
                     truth.motion.lengthUnit);
@@ -177,7 +177,7 @@ Result<std::variant<MeshFile, int>> build(const CompareArguments& options, const
     if (voxelSize.has_value() == isVoxelCaps(caps)) add("--caps", caps);
   }
   const auto finished = system::runSelf(arguments);
-  if (!finished) return pass(finished.error());
+  if (!finished) return finished.error();
   if (finished->code != kDone && finished->code != kLoss) {
     say("the backend " + backend + " made no 4D mesh");
     return finished->code;
@@ -245,10 +245,10 @@ Result<void> convertUnits(const Side& a, Side& b, std::vector<std::string>& note
   const formats::Metadata& ofB = b.input.metadata;
   auto length = conversionTo(ofA.lengthUnit, pathOfA, ofB.lengthUnit, pathOfB, "length",
                              model::lengthConversion, notes);
-  if (!length) return pass(length.error());
+  if (!length) return length.error();
   auto time = conversionTo(ofA.timeUnit, pathOfA, ofB.timeUnit, pathOfB, "time",
                            model::timeConversion, notes);
-  if (!time) return pass(time.error());
+  if (!time) return time.error();
   if (originOf(ofA) != originOf(ofB)) {
     notes.push_back(
         fmt::format("the origins of {} and {} lie elsewhere in the original "
@@ -279,7 +279,7 @@ Result<void> measure(Side& side, const MeshFile& file) {
     if (!report) {
       Error error = report.error();
       if (error.where.empty()) error.where = side.input.name;
-      return pass(error);
+      return error;
     }
     mesh.vertices += report->vertices;
     mesh.tetrahedra += report->tetrahedra;
@@ -301,12 +301,12 @@ Result<void> measureCells(Side& side, std::optional<double> timeScale) {
   ProgressBar bar("measuring the cells of " + side.mesh.name);
   if (!timeScale) {
     const auto speed = measure::meanNormalSpeed(side.bodies, bar.callback());
-    if (!speed) return pass(inInput(speed.error(), side.input));
+    if (!speed) return inInput(speed.error(), side.input);
     timeScale = *speed > 0 ? *speed : 1;
   }
   const auto quality =
       measure::measureQuality(side.bodies, {.timeScale = *timeScale, .worst = 0}, bar.callback());
-  if (!quality) return pass(inInput(quality.error(), side.input));
+  if (!quality) return inInput(quality.error(), side.input);
   shapes.timeScale = *timeScale;
   for (std::size_t k = 0; k < measure::kQualityMeasures.size(); ++k) {
     const std::string_view name = measure::kQualityMeasures[k].name;
@@ -360,9 +360,9 @@ Result<std::vector<SolidPair>> pairsToShow(const Side& a, const Side& b,
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t at = count == 1 ? 0 : i * (times.size() - 1) / (count - 1);
     auto solidOfA = measure::solidAt(a.bodies, times[at]);
-    if (!solidOfA) return pass(solidOfA.error());
+    if (!solidOfA) return solidOfA.error();
     auto solidOfB = measure::solidAt(b.bodies, times[at]);
-    if (!solidOfB) return pass(solidOfB.error());
+    if (!solidOfB) return solidOfB.error();
     pairs.push_back({times[at], std::move(*solidOfA), std::move(*solidOfB)});
   }
   return pairs;
@@ -380,7 +380,7 @@ Result<Outputs> createOutputs(const CompareArguments& options) {
        {std::pair{&options.html, &outputs.html}, std::pair{&options.csv, &outputs.csv}}) {
     if (path->empty()) continue;
     auto created = formats::OutputFile::create(*path);
-    if (!created) return pass(created.error());
+    if (!created) return created.error();
     file->emplace(std::move(*created));
   }
   return outputs;

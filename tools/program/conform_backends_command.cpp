@@ -57,7 +57,7 @@ Result<std::vector<std::unique_ptr<Backend>>> backendsOf(const ConformBackendsAr
     conformance::ProgramOptions program = options.program;
     program.keep = options.keep;
     auto backend = conformance::programBackend(std::move(program));
-    if (!backend) return pass(backend.error());
+    if (!backend) return backend.error();
     backends.push_back(std::move(*backend));
   }
   return backends;

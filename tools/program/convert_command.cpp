@@ -73,7 +73,7 @@ bool isT4d(const ConvertArguments& options) {
 Result<void> openT4d(const ConvertArguments& options, ConvertInput& input) {
   auto reader =
       formats::T4dReader::open(options.input, formats::T4dOpen::Whole, {}, options.maxCells);
-  if (!reader) return pass(reader.error());
+  if (!reader) return reader.error();
   input.format = kT4d;
   input.metadata = reader->metadata();
   std::uint64_t slabs = 0;
@@ -83,7 +83,7 @@ Result<void> openT4d(const ConvertArguments& options, ConvertInput& input) {
     measure::MeshChecker checker;
     model::AttributeNames names(checker);
     if (auto read = reader->readThrough(i, names, bar.part(reader->body(i).slabCount())); !read) {
-      return pass(read.error());
+      return read.error();
     }
     input.attributes.insert(names.names().begin(), names.names().end());
     const measure::MeshReport report = checker.finish();
@@ -117,7 +117,7 @@ std::string freeBodyName(const formats::Mesh4d& body, std::size_t index, std::si
 Result<void> openOther(const ConvertArguments& options, bool cut, ConvertInput& input) {
   const formats::Mesh4dFormat* format = nullptr;
   auto loaded = formats::readMesh4d(options.input, formats::mesh4dFormat(options.from), format);
-  if (!loaded) return pass(loaded.error());
+  if (!loaded) return loaded.error();
   input.format = format->id;
   input.dialect = loaded->dialect;
   input.notices = std::move(loaded->notices);
@@ -138,7 +138,7 @@ Result<void> openOther(const ConvertArguments& options, bool cut, ConvertInput& 
     if (!mended) {
       Error error = mended.error();
       error.where = where;
-      return pass(error);
+      return error;
     }
     for (const std::string& change : mended->changes) {
       input.notices.push_back(where + ": " + change);
@@ -152,7 +152,7 @@ Result<void> openOther(const ConvertArguments& options, bool cut, ConvertInput& 
     if (!slabs) {
       Error error = slabs.error();
       error.where = where;
-      return pass(error);
+      return error;
     }
     if (slabs->splitTetrahedra > 0) {
       input.notices.push_back(fmt::format("{}: split {} tetrahedra at cuts, with {} new vertices",
@@ -184,7 +184,7 @@ Result<void> openOther(const ConvertArguments& options, bool cut, ConvertInput& 
 
 Result<void> writeT4d(const ConvertArguments& options, ConvertInput& input) {
   auto writer = formats::T4dWriter::create(options.output, input.metadata);
-  if (!writer) return pass(writer.error());
+  if (!writer) return writer.error();
   std::uint64_t slabs = 0;
   for (const auto& body : input.bodies) slabs += body.source->slabCount();
   ProgressBar bar("writing", slabs, "slabs");
@@ -197,7 +197,7 @@ Result<void> writeT4d(const ConvertArguments& options, ConvertInput& input) {
     if (auto kept = writer->keep(input.reader->optionalChunks()); !kept) return kept;
   }
   auto finished = writer->finish();
-  if (!finished) return pass(finished.error());
+  if (!finished) return finished.error();
   for (std::string& loss : writer->losses()) input.losses.push_back(std::move(loss));
   return {};
 }
@@ -205,7 +205,7 @@ Result<void> writeT4d(const ConvertArguments& options, ConvertInput& input) {
 Result<void> writeOther(const ConvertArguments& options, const formats::Mesh4dFormat& format,
                         ConvertInput& input) {
   auto mesh = formats::FlatBodies::of(input.bodies);
-  if (!mesh) return pass(mesh.error());
+  if (!mesh) return mesh.error();
   std::set<std::string> lost = input.attributes;
   if (format.keeps.attributes != nullptr && !lost.empty()) {
     if (auto found = mesh->findAttributes(format.keeps.attributes); !found) return found;

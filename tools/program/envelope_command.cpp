@@ -73,7 +73,7 @@ Result<void> putPart(const model::Body& body, const TimeWindow& window, const mo
                      model::Sink& sink, const model::Progress& progress) {
   if (window.isWhole()) return model::pump(*body.source, sink, progress);
   const auto clip = edit::clipTime(*body.source, span, sink, progress);
-  if (!clip) return pass(clip.error());
+  if (!clip) return clip.error();
   return {};
 }
 
@@ -88,7 +88,7 @@ Result<std::vector<Passed>> silhouettesOf(const EnvelopeArguments& options,
     const auto inBody = [&](Error error) {
       error.where = fmt::format("{}: body '{}'{}{}", input.name, body.name,
                                 error.where.empty() ? "" : ", ", error.where);
-      return pass(std::move(error));
+      return error;
     };
     measure::SilhouetteBuilder builder;
     if (auto put = putPart(body, options.window, span, builder, bar.part(body.source->slabCount()));
@@ -125,7 +125,7 @@ Result<void> chooseFiles(const EnvelopeArguments& options, std::vector<Passed>& 
   std::vector<std::string> names;
   for (const Passed& one : all) names.push_back(one.name);
   const auto files = bodyFiles(options.output, names);
-  if (!files) return pass(files.error());
+  if (!files) return files.error();
   std::vector<std::string> outputs = {options.html};
   for (std::size_t i = 0; i < all.size(); ++i) {
     all[i].file = (*files)[i].string();
@@ -369,7 +369,7 @@ Result<void> writePage(const EnvelopeArguments& options, const std::vector<Passe
                        const verbs::Input& input, const model::TimeSpan& span) {
   const ProgressBar bar("drawing");
   auto file = formats::OutputFile::create(options.html);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   const formats::Metadata& metadata = input.metadata;
   EnvelopeReport page;
   page.title = "Envelope of " + input.name;
@@ -390,7 +390,7 @@ Result<void> writePage(const EnvelopeArguments& options, const std::vector<Passe
     for (const model::Body& body : input.bodies) {
       if (!model::timeWithin(*body.source, time)) continue;
       const auto slice = slice::slice(*body.source, slice::Hyperplane::atTime(time));
-      if (!slice) return pass(slice.error());
+      if (!slice) return slice.error();
       append(solid, slice->mesh);
     }
     page.solids.emplace_back(fmt::format("t = {:.6g}", time), std::move(solid));
@@ -477,7 +477,7 @@ Result<measure::SpaceLattice> fieldLattice(const EnvelopeArguments& options,
 int makePart(const EnvelopeArguments& options, const verbs::Input& input,
              const model::TimeSpan& span, const std::vector<Passed>& all, Clock::time_point begin) {
   if (boundsOf(all).empty()) {
-    return report(invalid("passes through nothing, so there are no fields", input.name).value());
+    return report(invalid("passes through nothing, so there are no fields", input.name));
   }
   auto lattice = fieldLattice(options, all, {.maxBytes = options.maxMemoryGiB * 0x1p30});
   if (!lattice) return report(inInput(lattice.error(), input));

@@ -86,7 +86,7 @@ Result<void> checkFieldMemory(const SpaceLattice& lattice, const model::Part& pa
 
 Result<std::vector<WrittenField>> writeFields(const EnvelopeFields& wanted, const FieldWork& work) {
   measure::VisitFieldBuilder builder(shareOf(work.lattice, work.part));
-  if (auto put = work.put(builder); !put) return pass(put.error());
+  if (auto put = work.put(builder); !put) return put.error();
   const VisitFields fields = builder.finish();
   const auto firstPlane =
       static_cast<std::uint32_t>(voxel4d::planesOf(work.part, work.lattice.at[0].size()).begin);
@@ -101,7 +101,7 @@ Result<std::vector<WrittenField>> writeFields(const EnvelopeFields& wanted, cons
       return fields.visits[row] > 0;
     };
     const auto bytes = voxel4d::writePointField(wanted.files[i], field);
-    if (!bytes) return pass(bytes.error());
+    if (!bytes) return bytes.error();
     written.push_back({kFields[i].name, wanted.files[i], *bytes});
   }
   return written;

@@ -20,7 +20,7 @@ constexpr const char* kTimesGroup = "frames";
 
 Result<std::vector<double>> readTimes(const std::string& path, std::uint64_t most) {
   const auto file = formats::readInputFile(path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   TableLines lines(file->bytes);
   std::vector<double> times;
   std::size_t column = 0;

@@ -47,7 +47,7 @@ Result<SlabLists> slabsOf(const formats::T4dReader& reader) {
   for (std::size_t body = 0; body < slabs.size(); ++body) {
     for (std::size_t i = 0; i < reader.body(body).slabCount(); ++i) {
       auto slab = reader.slabContents(body, i);
-      if (!slab) return pass(slab.error());
+      if (!slab) return slab.error();
       slabs[body].push_back(*slab);
     }
   }
@@ -59,7 +59,7 @@ Result<SlabLists> slabsOf(formats::T4dStream& stream) {
   SlabLists slabs(stream.bodyCount());
   while (true) {
     const auto item = stream.next();
-    if (!item) return pass(item.error());
+    if (!item) return item.error();
     if (!*item) return slabs;
     const model::Slab& slab = *(*item)->slab;
     formats::T4dSlab contents = {

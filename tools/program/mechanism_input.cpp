@@ -46,13 +46,13 @@ Result<MechanismInput::Loaded> MechanismInput::read() const {
   formats::UrdfOptions how;
   if (!geometry.empty()) how.geometry = geometry;
   auto read = isUrdf(path) ? formats::readUrdf(path, motion, how) : formats::readMechanism(path);
-  if (!read) return pass(read.error());
+  if (!read) return read.error();
   for (const std::string& notice : read->notices) printNotices({path + ": " + notice});
   Loaded loaded;
   for (formats::MechanismSolid& solid : read->solids) {
     if (mending == nullptr) continue;
     auto done = mend(solid.mesh, *mending, solid.where);
-    if (!done) return pass(done.error());
+    if (!done) return done.error();
     addMended(*done, solid.name, loaded.mended);
   }
   if (loaded.mended) printNotices(noticesOf(*loaded.mended));
@@ -64,7 +64,7 @@ Result<MechanismInput::Loaded> MechanismInput::read() const {
   auto keys = mesh4d::mechanismKeys(mechanism->mechanism, solids, steps, prism, !ownSteps);
   if (!keys) {
     if (keys.error().where.empty()) keys.error().where = path;
-    return pass(keys.error());
+    return keys.error();
   }
   for (std::size_t i = 0; i < solids.size(); ++i) {
     formats::AnimatedBody body{mechanism->solids[i].name, mechanism->solids[i].mesh, {}};

@@ -19,7 +19,7 @@ Result<edit::MendSurfaceReport> placed(Result<edit::MendSurfaceReport> report,
   if (report || !report.error().where.empty()) return report;
   Error error = report.error();
   error.where = path;
-  return pass(error);
+  return error;
 }
 
 }  // namespace

@@ -27,11 +27,11 @@ class MeshSeries {
     const formats::MeshStep& step = steps_[static_cast<std::size_t>(index)];
     const std::filesystem::path& file = step.files.front();
     auto loaded = formats::readMeshStep(step);
-    if (!loaded) return pass(loaded.error());
+    if (!loaded) return loaded.error();
     if (auto good = voxel4d::checkVoxelizable(loaded->mesh, lattice_); !good) {
       Error error = good.error();
       if (error.where.empty()) error.where = file.string();
-      return pass(std::move(error));
+      return error;
     }
     note(*loaded, file.filename().string());
     return std::move(loaded->mesh);
@@ -81,7 +81,7 @@ Result<MeshFrames> openMeshFrames(const std::vector<std::string>& files,
                                   const MeshFramesOptions& options) {
   const std::vector<std::filesystem::path> paths(files.begin(), files.end());
   auto series = formats::meshSteps(paths);
-  if (!series) return pass(series.error());
+  if (!series) return series.error();
   const std::string first = series->steps.front().files.front().string();
   std::vector<double> times;
   if (series->timed && !options.frameTime) {

@@ -110,7 +110,7 @@ Result<formats::ToolPath> readPath(const MillArguments& options,
   formats::ToolPath path;
   std::string form;
   auto motion = formats::readMotion(options.motion, &form, options.table.table);
-  if (!motion) return pass(motion.error());
+  if (!motion) return motion.error();
   if (!form.empty()) path.notices.push_back(options.motion + ": " + form);
   if (const std::string notice = model::noticeOfHalfTurns(motion->halfTurns); !notice.empty()) {
     path.notices.push_back(options.motion + ": " + notice);
@@ -227,12 +227,12 @@ void printText(const MillArguments& options, const mill::MillReport& report,
 Result<std::vector<std::pair<double, model::TriangleMesh>>> workpieces(
     const std::string& path, const model::TimeSpan& span) {
   const auto input = verbs::openInput(path, InputOptions{});
-  if (!input) return pass(input.error());
+  if (!input) return input.error();
   const std::vector<double> times = model::evenTimes(span, 6);
   auto slices = slice::sliceAtTimes(*input->bodies.front().source, times);
   std::vector<std::pair<double, model::TriangleMesh>> found;
   for (std::size_t i = 0; i < times.size(); ++i) {
-    if (!slices[i]) return pass(slices[i].error());
+    if (!slices[i]) return slices[i].error();
     found.emplace_back(times[i], std::move(slices[i]->mesh));
   }
   return found;
@@ -248,10 +248,10 @@ Result<void> writePage(const MillArguments& options, const mill::MillReport& rep
                 options.output.up == "z"};
   const ProgressBar bar("drawing");
   auto meshes = workpieces(options.output.path, {motion.timeBegin(), motion.timeEnd()});
-  if (!meshes) return pass(meshes.error());
+  if (!meshes) return meshes.error();
   page.workpieces = std::move(*meshes);
   auto file = formats::OutputFile::create(options.html);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   const std::string html = millPage(page);
   if (auto written = file->write(html.data(), html.size()); !written) return written;
   return file->commit();
@@ -339,14 +339,14 @@ Result<TableTools> readTable(const MillArguments& options) {
 Result<model::TriangleMesh> readStock(const MillArguments& options,
                                       std::vector<std::string>& losses) {
   auto stock = SolidInput{options.stock, "", options.mend ? &options.mending : nullptr}.read();
-  if (!stock) return pass(stock.error());
+  if (!stock) return stock.error();
   if (stock->mended) printNotices(noticesOf(*stock->mended));
   losses.insert(losses.end(), stock->losses.begin(), stock->losses.end());
   model::TriangleMesh& mesh = stock->bodies.front().mesh;
   const std::string crossings = noticeOfCrossings(options.stock, mesh);
   if (!crossings.empty()) printNotices({crossings});
   if (auto sized = mill::checkVoxelSize(mesh, options.voxelSize, 1e9 * options.memory); !sized) {
-    return pass(sized.error());
+    return sized.error();
   }
   return std::move(mesh);
 }
@@ -362,7 +362,7 @@ Result<std::vector<double>> frameTimesOf(const MillArguments& options,
   if (times) return times;
   Error error = times.error();
   error.where = options.path();
-  return pass(std::move(error));
+  return error;
 }
 
 void printReport(const MillArguments& options, const mill::MillReport& report,

@@ -98,7 +98,7 @@ Result<void> addCylinders(const std::vector<std::string>& given, const std::stri
 
 Result<model::TriangleMesh> readMesh(const std::string& path, std::vector<std::string>& losses) {
   auto loaded = SolidInput{path}.read();
-  if (!loaded) return pass(loaded.error());
+  if (!loaded) return loaded.error();
   losses.insert(losses.end(), loaded->losses.begin(), loaded->losses.end());
   return std::move(loaded->bodies.front().mesh);
 }
@@ -112,7 +112,7 @@ Result<void> addGuard(const std::string& name, const std::string& spec, double t
     guard.mesh = mill::cylinderMesh(*mill::parseCylinder(spec), top, tolerance);
   } else {
     auto mesh = readMesh(spec, losses);
-    if (!mesh) return pass(mesh.error());
+    if (!mesh) return mesh.error();
     guard.mesh = std::move(*mesh);
   }
   top = std::max(top, model::boundsOf(guard.mesh).max.z());
@@ -156,13 +156,13 @@ std::vector<std::string> MillToolSpec::files() const {
 Result<MillToolSpecs> millToolSpecs(const MillToolOptions& options,
                                     const std::map<int, formats::TableTool>& table) {
   MillToolSpecs specs;
-  if (auto added = addTools(options.tools, specs); !added) return pass(added.error());
+  if (auto added = addTools(options.tools, specs); !added) return added.error();
   addTable(table, specs);
   if (specs.empty()) return invalid("no tool is given; give one, as in --tool ball:d=6,l=30");
   for (const auto& [name, given, member] :
        {std::tuple{"shank", &options.shanks, &MillToolSpec::shank},
         std::tuple{"holder", &options.holders, &MillToolSpec::holder}}) {
-    if (auto added = addCylinders(*given, name, member, specs); !added) return pass(added.error());
+    if (auto added = addCylinders(*given, name, member, specs); !added) return added.error();
   }
   return specs;
 }
@@ -178,13 +178,13 @@ Result<std::vector<mill::Tool>> readMillTools(const MillToolSpecs& specs, double
       tool.mesh = mill::toolMesh(*shape, tolerance);
     } else {
       auto mesh = readMesh(spec.tool, losses);
-      if (!mesh) return pass(mesh.error());
+      if (!mesh) return mesh.error();
       tool.mesh = std::move(*mesh);
     }
     double top = model::boundsOf(tool.mesh).max.z();
     for (const auto& [name, guard] : {std::pair{"shank", &spec.shank}, {"holder", &spec.holder}}) {
       auto added = addGuard(name, *guard, tolerance, top, tool, losses);
-      if (!added) return pass(added.error());
+      if (!added) return added.error();
     }
     tools.push_back(std::move(tool));
   }

@@ -19,11 +19,11 @@ void MovingMeshInput::addTo(CLI::App& command) {
 
 Result<MovingMeshInput::Loaded> MovingMeshInput::read() const {
   auto loaded = SolidInput{model, bodies, mend ? &mending : nullptr, attributes}.read();
-  if (!loaded) return pass(loaded.error());
+  if (!loaded) return loaded.error();
   if (loaded->mended) printNotices(noticesOf(*loaded->mended));
   std::string form;
   auto poses = formats::readMotion(motion, &form, table.table);
-  if (!poses) return pass(poses.error());
+  if (!poses) return poses.error();
   if (!form.empty()) printNotices({motion + ": " + form});
   if (const std::string notice = model::noticeOfHalfTurns(poses->halfTurns); !notice.empty()) {
     printNotices({motion + ": " + notice});

@@ -180,7 +180,7 @@ Result<void> checkWritable(std::span<const std::string> outputs) {
     std::error_code ignored;
     // A pipe is opened once only, by its writer.
     if (output.empty() || output == "-" || fs::is_fifo(output, ignored)) continue;
-    if (auto created = formats::OutputFile::create(output); !created) return pass(created.error());
+    if (auto created = formats::OutputFile::create(output); !created) return created.error();
   }
   return {};
 }

@@ -89,14 +89,14 @@ Result<std::vector<QualityView>> viewsOf(const measure::MeshQuality& quality,
     if (std::ranges::any_of(views, isShown)) continue;
     const model::Source& source = *input.bodies[cell.body].source;
     const auto at = slice::slabAtTime(source, time);
-    if (!at) return pass(at.error());
+    if (!at) return at.error();
     if (!at->slab) continue;
     const auto slab = source.slab(*at->slab);
-    if (!slab) return pass(slab.error());
+    if (!slab) return slab.error();
     slice::Slicer slicer(slice::Hyperplane::atTime(at->time),
                          at->atEnd ? slice::OnHyperplane::Above : slice::OnHyperplane::Below);
     measure::QualitySink with(ratio, quality.timeScale, slicer);
-    if (auto put = with.put(**slab); !put) return pass(put.error());
+    if (auto put = with.put(**slab); !put) return put.error();
     views.push_back({time, cell.center.head<3>(), slicer.finish().mesh});
     if (views.size() == kMostViews) break;
   }
@@ -107,7 +107,7 @@ Result<void> writePage(formats::OutputFile& file, const verbs::QualityReport& re
                        const verbs::Input& input) {
   const measure::MeshQuality& quality = report.quality;
   auto views = viewsOf(quality, input);
-  if (!views) return pass(views.error());
+  if (!views) return views.error();
   const formats::Metadata& metadata = input.metadata;
   QualityPage page{fmt::format("Cells of {}", input.name),
                    fmt::format("{}, of which {} of caps; 1 unit of time as {:.4g} of length ({}).",

@@ -52,11 +52,11 @@ struct ResolveInput {
 Result<ResolveInput> openBoth(const ResolveArguments& options) {
   auto obstacles = verbs::openInput(options.obstacles,
                                     {.bodies = options.against, .maxCells = options.only.maxCells});
-  if (!obstacles) return pass(obstacles.error());
+  if (!obstacles) return obstacles.error();
   const auto chosen = verbs::openInput(options.input, options.only);
-  if (!chosen) return pass(chosen.error());
+  if (!chosen) return chosen.error();
   auto all = verbs::openInput(options.input, {.bodies = {}, .maxCells = options.only.maxCells});
-  if (!all) return pass(all.error());
+  if (!all) return all.error();
   ResolveInput input{std::move(*obstacles), std::move(*all), {}};
   for (const model::Body& body : chosen->bodies) input.change.push_back(body.name);
   std::error_code ignored;
@@ -77,8 +77,7 @@ Result<ResolveInput> openBoth(const ResolveArguments& options) {
     }
   }
   if (!options.ignoreUnits) {
-    if (auto same = verbs::checkSameUnits(input.obstacles, input.all); !same)
-      return pass(same.error());
+    if (auto same = verbs::checkSameUnits(input.obstacles, input.all); !same) return same.error();
   }
   return input;
 }
@@ -103,7 +102,7 @@ Result<std::string> pageOf(const ResolveInput& input,
             std::pair(&view.before, std::span<const model::Body>(&body, 1)),
             std::pair(&view.after, std::span<const model::Body>(&after, 1))}) {
         auto solids = measure::solidAt(bodies, time);
-        if (!solids) return pass(solids.error());
+        if (!solids) return solids.error();
         *mesh = std::move(*solids);
       }
     }
@@ -154,7 +153,7 @@ Result<std::uint64_t> write(const ResolveArguments& options, const ResolveInput&
                             std::vector<std::string>& losses) {
   auto writer = formats::T4dWriter::create(options.output, metadataOf(input.all, versionText()),
                                            {.compression = options.compression});
-  if (!writer) return pass(writer.error());
+  if (!writer) return writer.error();
   std::uint64_t slabs = 0;
   for (const edit::ResolvedBody& body : resolved) slabs += body.source->slabCount();
   ProgressBar bar("writing " + options.output, slabs, "slabs");
@@ -164,7 +163,7 @@ Result<std::uint64_t> write(const ResolveArguments& options, const ResolveInput&
     WithoutStale current(writer->body(i), input.all.metadata.attributes, dropped);
     model::Sink& sink = resolved[i].report.changed ? current : writer->body(i);
     if (auto put = model::pump(source, sink, bar.part(source.slabCount())); !put) {
-      return pass(put.error());
+      return put.error();
     }
   }
   for (const std::string& name : dropped) {
@@ -190,11 +189,11 @@ Result<void> decide(const ResolveArguments& options, const ResolveInput& input,
                     Deciding& deciding, const model::Progress& progress) {
   const model::TimeSpan span = model::timeSpanOf(*before.source);
   const auto own = measure::chordBound(*before.source, span, motionOf(input.all, before.name));
-  if (!own) return pass(own.error());
+  if (!own) return own.error();
   for (const model::Body& obstacle : input.obstacles.bodies) {
     const auto other =
         measure::chordBound(*obstacle.source, span, motionOf(input.obstacles, obstacle.name));
-    if (!other) return pass(other.error());
+    if (!other) return other.error();
     deciding.known = deciding.known && *own && *other;
     const double bound = (*own ? (*own)->bound : 0) + (*other ? (*other)->bound : 0);
     deciding.chordBound = std::max(deciding.chordBound, bound);
@@ -206,7 +205,7 @@ Result<void> decide(const ResolveArguments& options, const ResolveInput& input,
     if (deciding.clearance && *deciding.clearance >= enough) continue;
     const auto contacts =
         edit::contactTimes({&obstacle, 1}, {before.name, resolved.source.get()}, enough, progress);
-    if (!contacts) return pass(contacts.error());
+    if (!contacts) return contacts.error();
     if (!contacts->empty()) deciding.clearance = enough;
   }
   return {};

@@ -91,11 +91,11 @@ Result<slice::LightSlice> sliceOf(const model::Body& body, const slice::Hyperpla
   if (!options.light) {
     auto exact = moves ? slice::TimeSlicer(*body.source, withMotion).at(hyperplane.offset)
                        : slice::slice(*body.source, hyperplane, progress);
-    if (!exact) return pass(exact.error());
+    if (!exact) return exact.error();
     return slice::LightSlice{std::move(*exact), /*light=*/false, 0, {}};
   }
   auto made = slice::LightSlicer(*body.source, withMotion).at(hyperplane.offset);
-  if (!made) return pass(made.error());
+  if (!made) return made.error();
   sections.distance = std::max(sections.distance, made->distance);
   if (!made->light) {
     sections.light = false;
@@ -113,7 +113,7 @@ Result<void> addVelocity(slice::Slice& slice, const SliceArguments& options, Sec
   slice::VelocityOptions how;
   if (options.velocity.maxSpeed) how.most = *options.velocity.maxSpeed;
   const auto added = slice::addVelocity(slice, how);
-  if (!added) return pass(added.error());
+  if (!added) return added.error();
   slice::VelocityReport& all = sections.velocity;
   all.volumeRate += added->volumeRate;
   all.maxSpeed = std::max(all.maxSpeed, added->maxSpeed);
@@ -125,20 +125,20 @@ Result<void> addVelocity(slice::Slice& slice, const SliceArguments& options, Sec
 Result<Sections> cut(const verbs::Input& input, const slice::Hyperplane& hyperplane,
                      const SliceArguments& options) {
   auto bodies = bodiesAt(input.bodies, hyperplane);
-  if (!bodies) return pass(bodies.error());
+  if (!bodies) return bodies.error();
   Sections sections;
   sections.light = options.light;
   sections.velocity.ofPoints = true;
   ProgressBar bar("slicing", verbs::slabCountOf(*bodies), "slabs");
   for (const model::Body& body : *bodies) {
     auto made = sliceOf(body, hyperplane, options, sections, bar.part(body.source->slabCount()));
-    if (!made) return pass(made.error());
+    if (!made) return made.error();
     slice::Slice* slice = &made->slice;
     for (const model::Point3& vertex : slice->mesh.vertices) {
       if (vertex.allFinite()) continue;
       return invalid("the slice has coordinates beyond the range of doubles");
     }
-    if (auto added = addVelocity(*slice, options, sections); !added) return pass(added.error());
+    if (auto added = addVelocity(*slice, options, sections); !added) return added.error();
     sections.slabsRead += slice->slabsRead;
     sections.slabsSkipped += slice->slabsSkipped;
     sections.blocksRead += slice->blocksRead;
@@ -194,7 +194,7 @@ Result<std::vector<std::string>> placeAttributes(Sections& sections,
     for (model::Attribute& attribute : attributes) {
       const model::AttributeMeaning meaning = model::meaningOf(attribute, meanings);
       if (meaning.kind != "point") continue;
-      if (auto done = model::mapValues(attribute, meaning, moved); !done) return pass(done.error());
+      if (auto done = model::mapValues(attribute, meaning, moved); !done) return done.error();
     }
   }
   std::vector<std::string> losses;

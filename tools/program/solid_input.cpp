@@ -21,7 +21,7 @@ Result<SolidInput::Loaded> readBodies(const SolidInput& input) {
       const ProgressBar bar("reading " + input.path);
       return formats::readTriangleMesh(input.path);
     }();
-    if (!read) return pass(read.error());
+    if (!read) return read.error();
     printNotices(read->notices);
     if (input.attributes) {
       read->mesh.attributes = std::move(read->attributes);
@@ -37,7 +37,7 @@ Result<SolidInput::Loaded> readBodies(const SolidInput& input) {
   }
   auto read = formats::readMeshBodies(
       input.path, input.bodies == "group" ? formats::BodiesBy::Group : formats::BodiesBy::Object);
-  if (!read) return pass(read.error());
+  if (!read) return read.error();
   printNotices(read->notices);
   loaded.bodies = std::move(read->bodies);
   if (input.attributes) {
@@ -69,7 +69,7 @@ Result<SolidInput::Loaded> SolidInput::read() const {
     const bool one = bodies.empty();
     auto done =
         mend(body.mesh, *mending, one ? path : fmt::format("{}: body '{}'", path, body.name));
-    if (!done) return pass(done.error());
+    if (!done) return done.error();
     addMended(*done, one ? "" : body.name, loaded->mended);
   }
   return loaded;

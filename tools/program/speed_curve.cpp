@@ -52,14 +52,14 @@ Result<bool> isSpeedCurve(const std::optional<TableLine>& header, const formats:
 
 Result<Curve> readCurve(const std::string& path) {
   const auto file = formats::readInputFile(path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   TableLines lines(file->bytes);
   const auto isSpeed = isSpeedCurve(lines.next(), *file);
-  if (!isSpeed) return pass(isSpeed.error());
+  if (!isSpeed) return isSpeed.error();
   Curve curve{*isSpeed};
   while (const auto line = lines.next()) {
     const auto row = rowOf(*line, *file);
-    if (!row) return pass(row.error());
+    if (!row) return row.error();
     if (!curve.rows.empty() && !(row->playback > curve.rows.back().playback)) {
       return invalid(fmt::format("playback {} follows {}; expected seconds that increase",
                                  row->playback, curve.rows.back().playback),
@@ -129,7 +129,7 @@ std::vector<Knot> knotsOf(const Curve& curve, const model::TimeSpan& span, doubl
 Result<std::vector<double>> timesOfCurve(const std::string& path, const model::TimeSpan& span,
                                          double framesPerSecond, std::uint64_t most) {
   const auto curve = readCurve(path);
-  if (!curve) return pass(curve.error());
+  if (!curve) return curve.error();
   const std::vector<Knot> knots = knotsOf(*curve, span, framesPerSecond);
   const double last = std::floor(knots.back().frame);
   if (!(last < static_cast<double>(most))) {

@@ -296,7 +296,7 @@ Result<Made> sweepMesh(const SweepArguments& options, const model::TriangleMesh&
                        const model::Motion& motion, model::Sink& sink) {
   ProgressBar bar("sweeping");
   const auto report = mesh4d::sweep(mesh, motion, meshOptions(options), sink, bar.callback());
-  if (!report) return pass(report.error());
+  if (!report) return report.error();
   return madeOf(*report);
 }
 
@@ -350,7 +350,7 @@ Result<Made> sweepKeys(const SweepArguments& options,
           error.where = fmt::format("{}: body '{}'{}{}", options.models.front(), body.name,
                                     error.where.empty() ? "" : ": ", error.where);
         }
-        return pass(error);
+        return error;
       }
       ofBody.vertices += report->vertices;
       ofBody.tetrahedra += report->tetrahedra;
@@ -405,7 +405,7 @@ Result<Made> sweepVoxels(const SweepArguments& options, const model::TriangleMes
   Made made;
   auto times = motionFrameTimes(options.times, *options.voxelSize, mesh, motion, options.motion,
                                 made.notices);
-  if (!times) return pass(times.error());
+  if (!times) return times.error();
   if (const auto ignored = ignoredBy(options); !ignored.empty()) {
     made.notices.push_back(fmt::format("voxel4d ignores {}", fmt::join(ignored, ", ")));
   }
@@ -416,7 +416,7 @@ Result<Made> sweepVoxels(const SweepArguments& options, const model::TriangleMes
   how.caps = voxelCapStyle(options.caps);
   how.between = betweenOf(options.between);
   auto report = voxel4d::weave(*frames, how, sink, bar.callback());
-  if (!report) return pass(report.error());
+  if (!report) return report.error();
   noticeCaps(how.caps, *report, made.notices);
   noticeLostParts(report->partsLost, made.notices);
   made.vertices = report->vertices;
@@ -466,7 +466,7 @@ Result<Made> sweepSolids(const SweepArguments& options, const Loaded& loaded, T4
       if (named && error.where.empty() && !motions) {
         error.where = fmt::format("{}: body '{}'", options.models.front(), solid.name);
       }
-      return pass(error);
+      return error;
     }
     if (!named) return made;
     all.vertices += made->vertices;
@@ -515,7 +515,7 @@ Result<Loaded> readInput(const SweepArguments& options) {
                                ruleOf(options),        meshOptions(options).prism,
                                options.ownSteps}
                     .read();
-    if (!read) return pass(read.error());
+    if (!read) return read.error();
     loaded.mechanism = read->mechanism;
     loaded.bodies = std::move(read->bodies);
     loaded.chordBound = read->chordBound;
@@ -538,11 +538,11 @@ Result<Loaded> readInput(const SweepArguments& options) {
     how.tolerance = options.maxDeviation;
     if (options.prism == 3) how.edgeFactor = model::kEdgeFactorOf3;
     auto file = formats::readInputFile(options.models.front());
-    if (!file) return pass(file.error());
+    if (!file) return file.error();
     std::vector<std::string> converted;
     if (formats::isForeignScene(file->path)) {
       auto scene = formats::readForeignScene(*file);
-      if (!scene) return pass(scene.error());
+      if (!scene) return scene.error();
       printNotices(scene->notices);
       converted = std::move(scene->losses);
       file = std::move(scene->glb);
@@ -550,7 +550,7 @@ Result<Loaded> readInput(const SweepArguments& options) {
     auto read = formats::isAnimatedUsd(file->path)
                     ? formats::readUsdAnimation(std::move(*file), how)
                     : formats::readGltfAnimation(*file, how);
-    if (!read) return pass(read.error());
+    if (!read) return read.error();
     printNotices(read->notices);
     loaded.bodies = std::move(read->bodies);
     loaded.tolerance = read->tolerance;
@@ -565,7 +565,7 @@ Result<Loaded> readInput(const SweepArguments& options) {
   }
   if (options.hasKeys()) {
     auto read = readDeformation(options);
-    if (!read) return pass(read.error());
+    if (!read) return read.error();
     printNotices(read->solid.notices);
     loaded.losses = std::move(read->solid.losses);
     loaded.addFiles(read->solid.otherFiles);
@@ -576,7 +576,7 @@ Result<Loaded> readInput(const SweepArguments& options) {
     if (options.mend) {
       auto mended =
           mendDeformation(body.mesh, body.runs.front(), options.mending, options.models.front());
-      if (!mended) return pass(mended.error());
+      if (!mended) return mended.error();
       printNotices(noticesOf(*mended));
       loaded.mended = std::move(*mended);
     }
@@ -587,7 +587,7 @@ Result<Loaded> readInput(const SweepArguments& options) {
       MovingMeshInput{options.models.front(), options.motion,    options.mend, options.mending,
                       options.dividedBy,      !options.voxels(), options.table}
           .read();
-  if (!read) return pass(read.error());
+  if (!read) return read.error();
   loaded.solids = std::move(read->bodies);
   loaded.motion = std::move(read->motion);
   loaded.halfTurns = loaded.motion.halfTurns;

@@ -105,7 +105,7 @@ Result<T4dFile> T4dFile::create(const T4dOutput& output, const About& about) {
   }
   metadata.detailsJson = about.detailsJson;
   if (!output.center) {
-    if (auto begun = file.begin(nullptr); !begun) return pass(begun.error());
+    if (auto begun = file.begin(nullptr); !begun) return begun.error();
   }
   return file;
 }
@@ -120,7 +120,7 @@ Result<void> T4dFile::begin(const model::Slab* first) {
     metadata_.detailsJson = withOrigin(metadata_.detailsJson, center);
   }
   auto writer = formats::T4dWriter::create(output_.path, metadata_, output_.coding.writeOptions());
-  if (!writer) return pass(writer.error());
+  if (!writer) return writer.error();
   writer_ = std::move(*writer);
   for (std::size_t i = 0; centring && i < metadata_.bodies.size(); ++i) {
     centred_.emplace_back(writer_->body(i), *centring);
@@ -152,7 +152,7 @@ Result<void> T4dFile::putStreamed(const model::StreamedSlab& slab) {
 
 Result<std::uint64_t> T4dFile::finish() {
   if (!writer_) {
-    if (auto begun = begin(nullptr); !begun) return pass(begun.error());
+    if (auto begun = begin(nullptr); !begun) return begun.error();
   }
   return writer_->finish();
 }

@@ -226,7 +226,7 @@ Result<model::Bounds3> mapBodies(const Eigen::Matrix4d& axes, verbs::Input& inpu
   model::Bounds3 bounds;
   for (model::Body& body : input.bodies) {
     auto done = edit::mapSpaceTime(*body.source, axes, bar.part(body.source->slabCount()));
-    if (!done) return pass(done.error());
+    if (!done) return done.error();
     mapped.push_back(std::move(*done));
     const model::Mesh& mesh = mapped.back().cut.mesh;
     for (const model::Slab& slab : mesh.slabs()) {

@@ -60,7 +60,7 @@ void printReport(const ValidateArguments& options, const verbs::Validation& vali
 /// Into how many parts the file can be divided, and what is the same in all of them.
 Result<std::uint64_t> mostParts(const ValidateArguments& options, nlohmann::ordered_json& input) {
   auto opened = verbs::openInput(options.path, {{}, options.maxCells});
-  if (!opened) return pass(opened.error());
+  if (!opened) return opened.error();
   input = identityOf(*opened);
   return verbs::mostParts(*opened);
 }

@@ -40,7 +40,7 @@ Result<Painting> paintingBySpeed(std::span<const model::Body> bodies, std::span<
   };
   const auto found =
       convert::forEachFrame(bodies, times, {detail, velocity, {}, false}, nothing, bar.callback());
-  if (!found) return pass(found.error());
+  if (!found) return found.error();
   return speedPainting(found->maxSpeed);
 }
 

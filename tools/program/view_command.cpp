@@ -107,25 +107,25 @@ Result<std::vector<std::string>> joinedInputs(const std::vector<std::string>& in
     if (!formats::isManifest(inputs[i])) continue;
     if (!folder) {
       auto made = system::TemporaryFolder::create();
-      if (!made) return pass(made.error());
+      if (!made) return made.error();
       folder.emplace(std::move(*made));
     }
     const std::string name = fs::path(formats::shownName(inputs[i])).stem().string();
     whole[i] = (folder->path() / fmt::format("{}-{}.t4d", i + 1, name)).string();
     ProgressBar bar("joining");
     const auto joined = formats::joinT4d({inputs[i]}, whole[i], bar.callback());
-    if (!joined) return pass(joined.error());
+    if (!joined) return joined.error();
   }
   return whole;
 }
 
 Result<std::uint64_t> writePage(const std::string& path, std::span<const ShownFile> files) {
   const auto page = pageWithFiles(files);
-  if (!page) return pass(page.error());
+  if (!page) return page.error();
   auto out = formats::OutputFile::create(path);
-  if (!out) return pass(out.error());
-  if (auto put = out->write(page->data(), page->size()); !put) return pass(put.error());
-  if (auto done = out->commit(); !done) return pass(done.error());
+  if (!out) return out.error();
+  if (auto put = out->write(page->data(), page->size()); !put) return put.error();
+  if (auto done = out->commit(); !done) return done.error();
   return page->size();
 }
 

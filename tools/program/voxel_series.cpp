@@ -47,10 +47,10 @@ Result<std::vector<double>> motionFrameTimes(const voxel4d::FrameTimes& when, do
     if (enough) return voxel4d::frameTimes(span, {*enough, {}}).map_error(inMotion);
     Error error = enough.error();
     error.message += "; use larger voxels, or choose --frames";
-    return pass(inMotion(std::move(error)));
+    return inMotion(std::move(error));
   }
   auto times = voxel4d::frameTimes(span, when);
-  if (!times) return pass(inMotion(times.error()));
+  if (!times) return inMotion(times.error());
   for (std::size_t i = 1; i < times->size(); ++i) {
     const double apart = (*times)[i] - (*times)[i - 1];
     if (apart >= model::kSmallestExtent) continue;

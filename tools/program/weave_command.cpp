@@ -178,7 +178,7 @@ Result<void> addFramesInBetween(const WeaveArguments& options, const voxel4d::Vo
   const std::vector<std::filesystem::path> files(options.velocityFiles.begin(),
                                                  options.velocityFiles.end());
   auto velocities = voxel4d::openVolumeVelocity(files, input, opened);
-  if (!velocities) return pass(velocities.error());
+  if (!velocities) return velocities.error();
   opened.frames =
       voxel4d::advectedFrames(std::move(opened.frames), std::move(*velocities), options.steps());
   return {};
@@ -192,7 +192,7 @@ Result<voxel4d::VolumeFrames> openFrames(const WeaveArguments& options,
   if (options.voxelSize) {
     auto opened = openMeshFrames(options.frames, {*options.voxelSize, options.input.frameTime,
                                                   options.input.startTime.value_or(0)});
-    if (!opened) return pass(opened.error());
+    if (!opened) return opened.error();
     meshes = std::move(opened->log);
     voxel4d::VolumeFrames frames;
     frames.frames = std::move(opened->frames);
@@ -209,7 +209,7 @@ Result<voxel4d::VolumeFrames> openFrames(const WeaveArguments& options,
     }
     auto opened = voxel4d::openVolumeFrames(inputs, input);
     if (opened && !options.velocityFiles.empty()) {
-      if (auto done = addFramesInBetween(options, input, *opened); !done) return pass(done.error());
+      if (auto done = addFramesInBetween(options, input, *opened); !done) return done.error();
     }
     return opened;
   }
@@ -221,7 +221,7 @@ Result<voxel4d::VolumeFrames> openFrames(const WeaveArguments& options,
                                   options.velocity,
                                   options.steps()};
   auto frames = voxel4d::openVdbFrames(inputs, input);
-  if (!frames) return pass(unreadable(frames.error()));
+  if (!frames) return unreadable(frames.error());
   voxel4d::VolumeFrames opened;
   opened.frames = std::move(*frames);
   return opened;

@@ -17,7 +17,7 @@ using Drawing = std::unique_ptr<RsvgHandle, Releases<g_object_unref>>;
 using Surface = std::unique_ptr<cairo_surface_t, Releases<cairo_surface_destroy>>;
 using Context = std::unique_ptr<cairo_t, Releases<cairo_destroy>>;
 
-tl::unexpected<Error> cannotDraw(GError* reason) {
+Error cannotDraw(GError* reason) {
   const std::string message = reason ? reason->message : "no reason is given";
   g_clear_error(&reason);
   return fail(ErrorCode::Failed, "the picture cannot be drawn: " + message);

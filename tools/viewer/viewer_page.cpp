@@ -67,7 +67,7 @@ Result<void> eachPiece(const fs::path& path,
   while (in) {
     in.read(piece.data(), static_cast<std::streamsize>(piece.size()));
     if (auto used = use({piece.data(), static_cast<std::size_t>(in.gcount())}); !used) {
-      return pass(used.error());
+      return used.error();
     }
   }
   if (!in.eof()) return fail(ErrorCode::Failed, "cannot be read", path.string());
@@ -146,7 +146,7 @@ Result<std::string> pageWithFiles(std::span<const ShownFile> files) {
       bytes.insert(bytes.end(), piece.begin(), piece.end());
       return {};
     });
-    if (!read) return pass(read.error());
+    if (!read) return read.error();
     list.push_back({{"name", file.name}, {"base64", formats::base64(bytes)}});
   }
   return pageWith(list);
@@ -166,7 +166,7 @@ Result<void> checkSite(const fs::path& folder, std::span<const ShownFile> files)
 }
 
 Result<std::uint64_t> writeSite(const fs::path& folder, std::span<const ShownFile> files) {
-  if (auto good = checkSite(folder, files); !good) return pass(good.error());
+  if (auto good = checkSite(folder, files); !good) return good.error();
   const auto old = copiesOfSite(folder / kIndex).value_or(std::vector<std::string>());
   std::error_code error;
   fs::create_directories(folder, error);
@@ -181,16 +181,16 @@ Result<std::uint64_t> writeSite(const fs::path& folder, std::span<const ShownFil
     file.isCopy = !isBeside(file, folder) || std::ranges::find(old, file.name) != old.end();
     if (isBeside(file, folder)) continue;
     auto copy = formats::OutputFile::create(folder / file.name);
-    if (!copy) return pass(copy.error());
+    if (!copy) return copy.error();
     auto copied = eachPiece(file.path, [&](std::span<const char> piece) {
       return copy->write(piece.data(), piece.size());
     });
-    if (!copied) return pass(copied.error());
-    if (auto done = copy->commit(); !done) return pass(done.error());
+    if (!copied) return copied.error();
+    if (auto done = copy->commit(); !done) return done.error();
     total += copy->size();
   }
   const std::string page = viewerPage(listed);
-  if (auto put = formats::writeInFolder(folder, kIndex, page); !put) return pass(put.error());
+  if (auto put = formats::writeInFolder(folder, kIndex, page); !put) return put.error();
   return total + page.size();
 }
 

@@ -204,7 +204,7 @@ Result<void> serveViewer(std::span<const ShownFile> files, int port,
   for (const ShownFile& file : files) {
     if (!file.url.empty()) continue;
     auto one = OpenFile::open(file);
-    if (!one) return pass(one.error());
+    if (!one) return one.error();
     opened.emplace_back("/" + file.name, std::move(*one));
   }
   server.set_default_headers(

@@ -215,7 +215,7 @@ Result<Expectation> sweptExpectation(const Case& given, bool cones) {
   const MovingMesh& moving = *given.mesh;
   const model::Motion& motion = moving.motion;
   const auto steps = mesh4d::stepsOf(motion, mesh4d::MinVolumeRatio{given.minVolumeRatio});
-  if (!steps) return pass(steps.error());
+  if (!steps) return steps.error();
   const Rounding rounding = roundingOf(moving);
   const std::string reason = "exact but for rounding";
 

@@ -22,7 +22,7 @@ class MeshBackend : public Backend {
     options.steps = mesh4d::MinVolumeRatio{given.minVolumeRatio};
     options.caps = kCaps;
     const auto swept = mesh4d::sweep(given.mesh->mesh, given.mesh->motion, options, sink);
-    if (!swept) return pass(swept.error());
+    if (!swept) return swept.error();
     return {};
   }
 };

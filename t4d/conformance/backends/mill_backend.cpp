@@ -30,7 +30,7 @@ class MillBackend : public Backend {
     options.times = model::evenTimes(given.time(), resolution.steps + 1);
     options.tolerance = toolTolerance(resolution);
     const auto milled = mill::mill(milling.stock, {&tool, 1}, milling.motion, options, sink);
-    if (!milled) return pass(milled.error());
+    if (!milled) return milled.error();
     return {};
   }
 };

@@ -56,7 +56,7 @@ class ProgramBackend : public Backend {
     fs::path folder = options_.keep;
     if (folder.empty()) {
       auto created = system::TemporaryFolder::create();
-      if (!created) return pass(created.error());
+      if (!created) return created.error();
       temporary.emplace(std::move(*created));
       folder = temporary->path();
     }
@@ -67,7 +67,7 @@ class ProgramBackend : public Backend {
     if (auto good = system::checkReplaceable(folder, names, any); !good) return good;
     const formats::NamedMesh mesh{given.id, given.mesh->mesh};
     if (auto written = formats::writeTriangleMeshes(paths[0], {&mesh, 1}); !written) {
-      return pass(written.error());
+      return written.error();
     }
     if (auto written = formats::writeInFolder(folder, names[1], given.mesh->motionText); !written) {
       return written;
@@ -78,7 +78,7 @@ class ProgramBackend : public Backend {
     std::vector<std::string> words = words_;
     for (const fs::path& path : paths) words.push_back(path.string());
     const auto ran = system::runProgram(words, {.limit = options_.timeoutSeconds});
-    if (!ran) return pass(ran.error());
+    if (!ran) return ran.error();
     if (auto written =
             formats::writeInFolder(folder, given.id + ".log", ran->output + ran->message);
         !written) {
@@ -92,7 +92,7 @@ class ProgramBackend : public Backend {
                   options_.command);
     }
     auto reader = formats::T4dReader::open(paths[2]);
-    if (!reader) return pass(reader.error());
+    if (!reader) return reader.error();
     if (reader->bodyCount() != 1) {
       return invalid(fmt::format("has {} bodies; a case is one", reader->bodyCount()),
                      paths[2].string());
@@ -109,7 +109,7 @@ class ProgramBackend : public Backend {
 
 Result<std::unique_ptr<Backend>> programBackend(ProgramOptions options) {
   auto words = system::splitCommand(options.command);
-  if (!words) return pass(words.error());
+  if (!words) return words.error();
   return std::make_unique<ProgramBackend>(std::move(options), std::move(*words));
 }
 

@@ -158,7 +158,7 @@ TEST(Backends, SweepsThatVisitPlacesTwiceOrComeAtTheWrongTimeAreCaught) {
     return OwnBackend(
         meshBackend(), [=](const Case& c, const Resolution&, model::Sink& sink) -> Result<void> {
           const auto motion = model::chainScrews(0, runs);
-          if (!motion) return pass(motion.error());
+          if (!motion) return motion.error();
           return mesh4d::sweep(c.mesh->mesh, *motion, {.caps = mesh4d::CapMethod::Cone}, sink)
               .map([](const mesh4d::SweepReport&) {});
         });

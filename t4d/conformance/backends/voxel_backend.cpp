@@ -22,7 +22,7 @@ class VoxelBackend : public Backend {
     voxel4d::FrameTimes when{resolution.steps + 1, {}};
     if (given.voxels.mask) when.step = 1;
     auto times = voxel4d::frameTimes(given.time(), when);
-    if (!times) return pass(times.error());
+    if (!times) return times.error();
     const auto frames =
         given.mesh
             ? voxel4d::voxelFrames(voxel4d::movingSolid(given.mesh->mesh, given.mesh->motion),
@@ -32,7 +32,7 @@ class VoxelBackend : public Backend {
                   given.field->box, std::move(*times),
                   {.slope = given.field->slope, .mask = given.voxels.maskMotion > 0});
     const auto woven = voxel4d::weave(*frames, {}, sink);
-    if (!woven) return pass(woven.error());
+    if (!woven) return woven.error();
     return {};
   }
 };

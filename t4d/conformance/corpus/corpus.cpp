@@ -193,7 +193,7 @@ Result<std::vector<std::string>> verifyCorpus(const std::filesystem::path& direc
       continue;
     }
     auto found = contents(directory / name);
-    if (!found) return pass(found.error());
+    if (!found) return found.error();
     if (*found == text) continue;
     const auto [at, end] = std::mismatch(found->begin(), found->end(), text.begin(), text.end());
     differences.push_back(fmt::format("{} is different from byte {} on", name,

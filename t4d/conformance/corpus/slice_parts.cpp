@@ -42,9 +42,9 @@ Result<std::vector<formats::IndexRecord>> recordsOf(const std::string& bytes) {
   if (index == chunks.end()) return invalid("the file has no INDX");
   const auto payload = formats::payloadOf(
       *index, std::as_bytes(std::span(bytes)).subspan(index->payload(), index->payloadBytes));
-  if (!payload) return pass(payload.error());
+  if (!payload) return payload.error();
   auto decoded = formats::decodeIndex(*payload);
-  if (!decoded) return pass(decoded.error());
+  if (!decoded) return decoded.error();
   return std::move(decoded->slabs);
 }
 
@@ -52,7 +52,7 @@ Result<std::vector<formats::IndexRecord>> recordsOf(const std::string& bytes) {
 
 Result<SliceParts> partsForSlice(const std::string& bytes, double time) {
   const auto records = recordsOf(bytes);
-  if (!records) return pass(records.error());
+  if (!records) return records.error();
   std::set<std::uint64_t> needed;
   std::set<std::uint32_t> bodies;
   for (const formats::IndexRecord& record : *records) bodies.insert(record.parts.body);

@@ -44,9 +44,9 @@ Result<std::vector<Choice>> chooseCases(const std::vector<std::string>& ids,
                                         const std::vector<std::string>& only,
                                         const std::vector<std::string>& skip) {
   const auto skipped = matching(ids, skip);
-  if (!skipped) return pass(skipped.error());
+  if (!skipped) return skipped.error();
   const auto kept = matching(ids, only);
-  if (!kept) return pass(kept.error());
+  if (!kept) return kept.error();
   std::vector<Choice> choices;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const bool dropped = !only.empty() && !(*kept)[i];

@@ -26,7 +26,7 @@ Result<void> selectCases(std::vector<Case>& cases, const std::vector<std::string
   std::vector<std::string> ids;
   for (const Case& test : cases) ids.push_back(test.id);
   const auto choices = chooseCases(ids, only, skip);
-  if (!choices) return pass(choices.error());
+  if (!choices) return choices.error();
   std::vector<Case> chosen;
   bool any = false;
   for (std::size_t i = 0; i < cases.size(); ++i) {

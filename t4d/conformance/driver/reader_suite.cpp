@@ -68,7 +68,7 @@ class SuiteRun {
       threads.emplace_back([this, i] { work(folder_ / fmt::format("{}.t4d", i)); });
     }
     for (std::thread& thread : threads) thread.join();
-    if (error_) return tl::unexpected(*error_);
+    if (error_) return *error_;
     return {};
   }
 
@@ -122,7 +122,7 @@ class SuiteRun {
   Result<TrialResult> tried(const CorpusFile& file, const Trial& trial, const fs::path& path,
                             ServedReader& served) const {
     const auto written = write(path, trial.damage ? trial.damage(file.bytes) : file.bytes);
-    if (!written) return pass(written.error());
+    if (!written) return written.error();
     const auto evaluated = [&](const Reply& reply) {
       return evaluate(trial, reply, path.string(), options_.timeoutSeconds);
     };
@@ -133,18 +133,18 @@ class SuiteRun {
       auto run = system::runProgram(
           words, {.limit = system::TimeLimit::ofProcessor(options_.timeoutSeconds),
                   .stop = options_.stop});
-      if (!run) return pass(run.error());
+      if (!run) return run.error();
       return evaluated(replyOf(std::move(*run)));
     }
     const bool fresh = !served.hasAnswered();
     const auto reply = served.ask(trial.request, path.string());
-    if (!reply) return pass(reply.error());
+    if (!reply) return reply.error();
     TrialResult result = evaluated(*reply);
     if (result.outcome != Outcome::Failed && result.outcome != Outcome::Crashed) return result;
     served.restart();
     if (fresh) return result;
     const auto again = served.ask(trial.request, path.string());
-    if (!again) return pass(again.error());
+    if (!again) return again.error();
     const TrialResult alone = evaluated(*again);
     if (alone.outcome == Outcome::Skipped) return alone;
     if (alone.outcome == Outcome::Passed) {
@@ -216,9 +216,9 @@ Result<std::vector<ReaderResult>> runReaderCases(const std::vector<ReaderCase>& 
                                                  const SuiteOptions& options,
                                                  const model::Progress& progress) {
   const auto folder = system::TemporaryFolder::create();
-  if (!folder) return pass(folder.error());
+  if (!folder) return folder.error();
   SuiteRun run(cases, options, folder->path(), progress);
-  if (auto done = run.run(); !done) return pass(done.error());
+  if (auto done = run.run(); !done) return done.error();
   std::vector<ReaderResult> results;
   for (std::size_t i = 0; i < cases.size(); ++i) {
     results.push_back(resultOf(cases[i], run.results()[i]));
@@ -244,7 +244,7 @@ Result<std::size_t> keepWrongFiles(const std::vector<ReaderCase>& cases,
       const Trial& trial = cases[i].trials[wrong[j]];
       const auto written = formats::writeInFolder(directory, keptFile(cases[i], trial).string(),
                                                   trial.damage ? trial.damage(bytes) : bytes);
-      if (!written) return pass(written.error());
+      if (!written) return written.error();
       kept += !trial.damage && j > 0 ? 0 : 1;
     }
   }

@@ -55,7 +55,7 @@ Result<Reply> ServedReader::ask(const std::vector<std::string>& request, const s
   const auto begun = std::chrono::steady_clock::now();
   if (!process_) {
     auto started = ChildProcess::start(command_, {.pipeInput = true, .outputBytes = kAnswerBytes});
-    if (!started) return pass(started.error());
+    if (!started) return started.error();
     process_.emplace(std::move(*started));
   }
   process_->message().clear();

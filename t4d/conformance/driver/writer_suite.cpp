@@ -177,7 +177,7 @@ void compareSlabs(const Slab& expected, const Slab& found, const std::string& wh
 /// Whether the body bounds a solid: what it lacks, or an empty text.
 Result<std::string> openness(const model::Source& body) {
   const auto report = measure::checkMesh(body);
-  if (!report) return pass(report.error());
+  if (!report) return report.error();
   if (!report->closed) return std::string("not closed");
   return std::string(report->oriented ? report->hypervolume < 0 ? "turned inside out" : ""
                                       : "not oriented");
@@ -191,8 +191,8 @@ Result<void> compareBodies(const WriterCase& test, const formats::T4dReader& rea
     const std::string name = fmt::format("body {}", i);
     const auto before = openness(expected);
     const auto after = openness(found);
-    if (!before) return pass(before.error());
-    if (!after) return pass(after.error());
+    if (!before) return before.error();
+    if (!after) return after.error();
     if (before->empty() && !after->empty()) {
       differences.add(fmt::format("{} is {}, other than the mesh in MESH.json", name, *after));
     }
@@ -200,7 +200,7 @@ Result<void> compareBodies(const WriterCase& test, const formats::T4dReader& rea
     if (expected.slabCount() != found.slabCount()) continue;
     for (std::size_t k = 0; k < expected.slabCount(); ++k) {
       const auto slab = found.slab(k);
-      if (!slab) return pass(slab.error());
+      if (!slab) return slab.error();
       compareSlabs(expected.slabs()[k], **slab, fmt::format("slab {} of {}", k, name), differences);
     }
   }
@@ -210,7 +210,7 @@ Result<void> compareBodies(const WriterCase& test, const formats::T4dReader& rea
 /// Whether each part is in the file once. Readers do not notice.
 Result<void> countParts(const WriterCase& test, const fs::path& path, Differences& differences) {
   auto source = formats::openFileSource(path);
-  if (!source) return pass(source.error());
+  if (!source) return source.error();
   std::string bytes((*source)->size(), '\0');
   if (auto done = (*source)->read(0, std::as_writable_bytes(std::span(bytes))); !done) return done;
   std::map<std::string, std::size_t> counts;
@@ -246,7 +246,7 @@ class WriterRun {
       threads.emplace_back([this, i] { work(folder_ / fmt::format("{}", i)); });
     }
     for (std::thread& thread : threads) thread.join();
-    if (error_) return tl::unexpected(*error_);
+    if (error_) return *error_;
     return reports_;
   }
 
@@ -275,14 +275,14 @@ class WriterRun {
     const fs::path mesh = folder / "MESH.json";
     const fs::path file = folder / "OUT.t4d";
     if (auto written = formats::writeInFolder(folder, "MESH.json", textOf(test).json); !written) {
-      return pass(written.error());
+      return written.error();
     }
     std::vector<std::string> words = options_.command;
     words.insert(words.end(), {mesh.string(), file.string()});
     auto run = system::runProgram(
         words,
         {.limit = system::TimeLimit::ofProcessor(options_.timeoutSeconds), .stop = options_.stop});
-    if (!run) return pass(run.error());
+    if (!run) return run.error();
     Trial trial;
     trial.wrongToRefuse = "a .t4d can hold this mesh";
     const TrialResult ended =
@@ -306,7 +306,7 @@ class WriterRun {
       if (written) {
         written = formats::writeInFolder(options_.keep, test.id + ".json", textOf(test).json);
       }
-      if (!written) return pass(written.error());
+      if (!written) return written.error();
       fs::copy_file(file, options_.keep / copy, fs::copy_options::overwrite_existing, ignored);
     }
     return report;
@@ -348,7 +348,7 @@ Result<std::vector<CaseReport>> runWriterCases(const std::vector<WriterCase>& ca
                                                const WriterOptions& options,
                                                const model::Progress& progress) {
   const auto folder = system::TemporaryFolder::create();
-  if (!folder) return pass(folder.error());
+  if (!folder) return folder.error();
   return WriterRun(cases, options, folder->path(), progress).run();
 }
 

@@ -51,7 +51,7 @@ class SeriesKeys : public model::VertexKeys {
       return {};
     }
     const auto loaded = readMeshStep(steps_[key]);
-    if (!loaded) return pass(loaded.error());
+    if (!loaded) return loaded.error();
     const std::string where = steps_[key].files.front().string();
     if (auto same = checkSame(loaded->points, where); !same) return same;
     std::vector<Point3> points(filePoints_.vertexOf.size(), Point3::Zero());
@@ -128,7 +128,7 @@ bool isPointCache(const std::filesystem::path& path) {
 Result<LoadedDeformation> readMeshSeries(std::span<const std::filesystem::path> files,
                                          const KeyTimes& times) {
   auto series = meshSteps(files);
-  if (!series) return pass(series.error());
+  if (!series) return series.error();
   std::vector<double> own;
   LoadedDeformation loaded;
   for (const MeshStep& step : series->steps) {
@@ -136,11 +136,11 @@ Result<LoadedDeformation> readMeshSeries(std::span<const std::filesystem::path> 
     loaded.files.push_back(step.files.front());
   }
   loaded.timed = series->timed;
-  if (auto known = checkMeshExtension(loaded.files.front()); !known) return pass(known.error());
+  if (auto known = checkMeshExtension(loaded.files.front()); !known) return known.error();
   auto keyTimes = timesOf(times, own.size(), own, loaded.files.front().string());
-  if (!keyTimes) return pass(keyTimes.error());
+  if (!keyTimes) return keyTimes.error();
   auto first = readMeshStep(series->steps.front());
-  if (!first) return pass(first.error());
+  if (!first) return first.error();
   loaded.solid = std::move(*first);
   loaded.keys =
       std::make_unique<SeriesKeys>(std::move(series->steps), std::move(*keyTimes), loaded.solid);
@@ -151,12 +151,12 @@ Result<LoadedDeformation> readCachedMesh(const std::filesystem::path& mesh,
                                          const std::filesystem::path& cache,
                                          const KeyTimes& times) {
   auto solid = readTriangleMesh(mesh);
-  if (!solid) return pass(solid.error());
+  if (!solid) return solid.error();
   auto source = openFileSource(cache);
-  if (!source) return pass(source.error());
+  if (!source) return source.error();
   auto opened = lowerCaseExtension(cache) == ".mdd" ? openMdd(std::move(*source))
                                                     : openPc2(std::move(*source));
-  if (!opened) return pass(opened.error());
+  if (!opened) return opened.error();
   const std::size_t points = solid->points.vertexOf.size();
   if (opened->pointCount() != points) {
     return invalid(fmt::format("has {} points, {} has {}; a cache belongs to the mesh file that it "
@@ -165,7 +165,7 @@ Result<LoadedDeformation> readCachedMesh(const std::filesystem::path& mesh,
                    cache.string());
   }
   auto keyTimes = timesOf(times, opened->sampleCount(), opened->times(), cache.string());
-  if (!keyTimes) return pass(keyTimes.error());
+  if (!keyTimes) return keyTimes.error();
   LoadedDeformation loaded{std::move(*solid), nullptr};
   loaded.keys =
       std::make_unique<CacheKeys>(std::move(*opened), std::move(*keyTimes), loaded.solid.points);

@@ -57,15 +57,15 @@ class GlbConverter {
   GlbConverter(const InputFile& file, const aiScene& scene) : file_(file), scene_(scene) {}
 
   Result<ForeignScene> convert() {
-    if (auto good = checkWhatMoves(); !good) return pass(good.error());
+    if (auto good = checkWhatMoves(); !good) return good.error();
     auto root = rootTransform();
-    if (!root) return pass(root.error());
+    if (!root) return root.error();
     findNodes(*scene_.mRootNode);
-    if (auto done = addAnimations(); !done) return pass(done.error());
+    if (auto done = addAnimations(); !done) return done.error();
     // A node above the file's own root, which may be animated.
     gltf_["nodes"] = json::array({{{"children", {1}}, {"matrix", *root}}});
     for (const aiNode* node : nodes_) {
-      if (auto done = addNode(*node); !done) return pass(done.error());
+      if (auto done = addNode(*node); !done) return done.error();
     }
     gltf_["scene"] = 0;
     gltf_["scenes"] = json::array({{{"nodes", {0}}}});
@@ -97,7 +97,7 @@ class GlbConverter {
     return fmt::format("{} channel{}", count, count == 1 ? "" : "s");
   }
 
-  tl::unexpected<Error> refuse(const std::string& what) const {
+  Error refuse(const std::string& what) const {
     return fail(ErrorCode::Unsupported, what, file_.path.string());
   }
 
@@ -510,7 +510,7 @@ Result<ForeignScene> readForeignScene(const InputFile& file, bool keepAxes) {
                                      kSeconds + file.bytes.size() / kBytesPerSecond};
   const auto work =
       system::runIsolated([&] { return packed(convertHere(file, keepAxes)); }, limits);
-  if (!work) return pass(work.error());
+  if (!work) return work.error();
   using End = system::IsolatedWork::End;
   switch (work->end) {
     case End::Crashed:

@@ -140,7 +140,7 @@ std::string axisText(const char* name, int axis, int sign) {
 
 Result<AnimatedScene> sceneOf(const InputFile& file) {
   auto converted = readForeignScene(file);
-  if (!converted) return pass(converted.error());
+  if (!converted) return converted.error();
   EXPECT_TRUE(converted->losses.empty());
   return readGltfAnimation(converted->glb, {"", "", 1e-4});
 }

@@ -102,7 +102,7 @@ Result<double> chosenTolerance(const std::optional<double>& given, double larges
                  std::move(where));
 }
 
-tl::unexpected<Error> KeyDivider::tooManyKeys() const {
+Error KeyDivider::tooManyKeys() const {
   return invalid(fmt::format("needs more than {} keys for the tolerance of {}; allow a larger one",
                              kMostKeys, limits_.tolerance),
                  where_);

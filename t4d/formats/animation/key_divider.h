@@ -52,7 +52,7 @@ class KeyDivider {
 
  private:
   double edgesOff(const model::TimeSpan& span, std::uint64_t count);
-  tl::unexpected<Error> tooManyKeys() const;
+  Error tooManyKeys() const;
 
   const MovingShape& shape_;
   std::span<const model::Triangle> triangles_;

@@ -23,7 +23,7 @@ Result<PointCache> openMdd(std::unique_ptr<ByteSource> source) {
                    at(source->size()));
   }
   std::array<std::byte, kMddHeaderBytes> header;
-  if (auto read = source->read(0, header); !read) return pass(read.error());
+  if (auto read = source->read(0, header); !read) return read.error();
   const auto* bytes = reinterpret_cast<const char*>(header.data());
   const auto samples = loadNumber<std::int32_t>(bytes, std::endian::big);
   const auto points = loadNumber<std::int32_t>(bytes + 4, std::endian::big);
@@ -40,9 +40,9 @@ Result<PointCache> openMdd(std::unique_ptr<ByteSource> source) {
   const PointCache::Layout layout{static_cast<std::uint64_t>(points),
                                   static_cast<std::uint64_t>(samples), kMddHeaderBytes + timeBytes,
                                   std::endian::big};
-  if (auto good = PointCache::checkSize(*source, layout, 0); !good) return pass(good.error());
+  if (auto good = PointCache::checkSize(*source, layout, 0); !good) return good.error();
   std::vector<std::byte> stored(timeBytes);
-  if (auto read = source->read(kMddHeaderBytes, stored); !read) return pass(read.error());
+  if (auto read = source->read(kMddHeaderBytes, stored); !read) return read.error();
   std::vector<double> times;
   times.reserve(layout.samples);
   for (std::uint64_t i = 0; i < layout.samples; ++i) {

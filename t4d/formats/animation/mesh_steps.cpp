@@ -58,21 +58,21 @@ Result<double> timeOf(const VtkDataSet& listed, const InputFile& collection) {
 
 Result<MeshSteps> stepsOfCollection(const fs::path& path) {
   const auto file = readInputFile(path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   const auto vtk = VtkFile::open(*file, VtkType::Collection);
-  if (!vtk) return pass(vtk.error());
+  if (!vtk) return vtk.error();
   // By time and part, and parts of the same number in the order of the file.
   std::map<double, std::multimap<std::int64_t, fs::path>> files;
   for (const VtkDataSet& listed : vtk->dataSets()) {
     const auto time = timeOf(listed, *file);
-    if (!time) return pass(time.error());
+    if (!time) return time.error();
     std::int64_t part = 0;
     if (!listed.part.empty() && !parsed(listed.part, part)) {
       return invalid(fmt::format("the part is {}, expected a whole number", inQuotes(listed.part)),
                      file->atLine(listed.line));
     }
     auto named = fileOf(listed, *file);
-    if (!named) return pass(named.error());
+    if (!named) return named.error();
     files[*time].emplace(part, std::move(*named));
   }
   MeshSteps all;
@@ -90,7 +90,7 @@ Result<MeshSteps> stepsOfFiles(std::span<const fs::path> files) {
     return invalid("a collection is given alone: it lists the meshes", file.string());
   }
   auto ordered = inNumberOrder(files);
-  if (!ordered) return pass(ordered.error());
+  if (!ordered) return ordered.error();
   MeshSteps all;
   for (fs::path& file : *ordered) {
     all.steps.push_back({static_cast<double>(all.steps.size()), {std::move(file)}});
@@ -128,12 +128,12 @@ Result<LoadedMesh> readMeshStep(const MeshStep& step) {
     if (!loaded) return loaded;
     const auto first = static_cast<std::uint32_t>(builder.pointCount());
     for (const model::Point3& vertex : loaded->mesh.vertices) {
-      if (auto added = builder.addPoint(vertex, part); !added) return pass(added.error());
+      if (auto added = builder.addPoint(vertex, part); !added) return added.error();
     }
     for (const auto& [a, b, c] : loaded->mesh.triangles) {
       const std::array<std::uint64_t, 3> corners = {
           first + std::uint64_t{a}, first + std::uint64_t{b}, first + std::uint64_t{c}};
-      if (auto added = builder.addPolygon(corners, part); !added) return pass(added.error());
+      if (auto added = builder.addPolygon(corners, part); !added) return added.error();
     }
     for (const std::uint32_t vertex : loaded->points.vertexOf) {
       points.vertexOf.push_back(vertex == FilePoints::kUnused ? vertex : first + vertex);

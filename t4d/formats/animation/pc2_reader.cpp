@@ -26,7 +26,7 @@ Result<PointCache> openPc2(std::unique_ptr<ByteSource> source) {
                    at(source->size()));
   }
   std::array<std::byte, kPc2HeaderBytes> header;
-  if (auto read = source->read(0, header); !read) return pass(read.error());
+  if (auto read = source->read(0, header); !read) return read.error();
   const auto* bytes = reinterpret_cast<const char*>(header.data());
   if (std::string_view(bytes, kPc2Signature.size()) != kPc2Signature) {
     return invalid("does not begin with POINTCACHE2: it is not a .pc2 file", at(0));
@@ -51,7 +51,7 @@ Result<PointCache> openPc2(std::unique_ptr<ByteSource> source) {
   const PointCache::Layout layout{static_cast<std::uint64_t>(points),
                                   static_cast<std::uint64_t>(samples), kPc2HeaderBytes,
                                   std::endian::little};
-  if (auto good = PointCache::checkSize(*source, layout, 16); !good) return pass(good.error());
+  if (auto good = PointCache::checkSize(*source, layout, 16); !good) return good.error();
   std::vector<double> times;
   times.reserve(layout.samples);
   for (std::uint64_t i = 0; i < layout.samples; ++i) {

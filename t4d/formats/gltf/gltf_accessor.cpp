@@ -74,7 +74,7 @@ class AccessorReader {
     if (accessor.bufferView >= 0) {
       const auto elements = locate(accessor.bufferView, accessor.byteOffset, accessor.componentType,
                                    width, accessor.count);
-      if (!elements) return pass(elements.error());
+      if (!elements) return elements.error();
       numbers.reserve(accessor.count * width);
       copy(*elements, accessor, width, numbers);
     } else {
@@ -85,7 +85,7 @@ class AccessorReader {
       numbers.assign(accessor.count * width, 0.0);
     }
     if (accessor.sparse.isSparse) {
-      if (auto done = putSparse(accessor, width, numbers); !done) return pass(done.error());
+      if (auto done = putSparse(accessor, width, numbers); !done) return done.error();
     }
     return numbers;
   }
@@ -156,10 +156,10 @@ class AccessorReader {
     const std::size_t count = nonNegative(sparse.count);
     const auto indices = locate(sparse.indices.bufferView, nonNegative(sparse.indices.byteOffset),
                                 sparse.indices.componentType, 1, count);
-    if (!indices) return pass(indices.error());
+    if (!indices) return indices.error();
     auto values = locate(sparse.values.bufferView, nonNegative(sparse.values.byteOffset),
                          accessor.componentType, width, count);
-    if (!values) return pass(values.error());
+    if (!values) return values.error();
     values->normalized = accessor.normalized;
     for (std::size_t i = 0; i < count; ++i) {
       const double index = indices->number(i, 0);

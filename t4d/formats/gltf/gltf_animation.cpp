@@ -80,14 +80,14 @@ class AnimationReader {
       : file_(file), model_(model), options_(options) {}
 
   Result<AnimatedScene> read() {
-    if (auto done = choose(); !done) return pass(done.error());
-    if (auto done = readHierarchy(); !done) return pass(done.error());
-    if (auto done = readShapes(); !done) return pass(done.error());
-    if (auto done = chooseTolerance(); !done) return pass(done.error());
+    if (auto done = choose(); !done) return done.error();
+    if (auto done = readHierarchy(); !done) return done.error();
+    if (auto done = readShapes(); !done) return done.error();
+    if (auto done = chooseTolerance(); !done) return done.error();
     std::size_t hidden = 0;
     for (std::size_t i = 0; i < shapes_.size(); ++i) {
       auto runs = runsOf(i);
-      if (!runs) return pass(runs.error());
+      if (!runs) return runs.error();
       hidden += runs->empty();
       scene_.bodies[i].runs = std::move(*runs);
     }
@@ -118,13 +118,13 @@ class AnimationReader {
     if (model_.animations.empty()) return invalid("has no animation", file);
     if (!options_.animation.empty()) {
       const auto found = chosen(model_.animations, options_.animation, "animation", file);
-      if (!found) return pass(found.error());
+      if (!found) return found.error();
       animation_ = *found;
     }
     used_.animation = animation_;
     if (!options_.scene.empty()) {
       const auto found = chosen(model_.scenes, options_.scene, "scene", file);
-      if (!found) return pass(found.error());
+      if (!found) return found.error();
       used_.scene = *found;
     }
     return {};
@@ -132,10 +132,10 @@ class AnimationReader {
 
   Result<void> readHierarchy() {
     auto scene = readGltfScene(file_, model_, used_.scene);
-    if (!scene) return pass(scene.error());
+    if (!scene) return scene.error();
     order_ = std::move(scene->nodes);
     auto hierarchy = readGltfHierarchy(file_, model_, order_, animation_);
-    if (!hierarchy) return pass(hierarchy.error());
+    if (!hierarchy) return hierarchy.error();
     moving_ = std::make_shared<const GltfHierarchy>(std::move(*hierarchy));
     return {};
   }
@@ -146,7 +146,7 @@ class AnimationReader {
       const int mesh = model_.nodes[static_cast<std::size_t>(node.index)].mesh;
       if (mesh < 0) continue;
       const auto count = countGltfInstances(file_, model_, node.index);
-      if (!count) return pass(count.error());
+      if (!count) return count.error();
       copies.push_back({mesh, *count});
     }
     if (auto good = checkGltfCost(file_, model_, copies); !good) return good;
@@ -168,10 +168,10 @@ class AnimationReader {
     auto loaded = std::move(geometry).finish();
     if (!loaded) {
       loaded.error().where = gltfElement(file_, "meshes", node.mesh);
-      return pass(loaded.error());
+      return loaded.error();
     }
     auto read = readGltfShape(file_, model_, *moving_, index, parts, *loaded);
-    if (!read) return pass(read.error());
+    if (!read) return read.error();
     auto shape = std::make_shared<const GltfShape>(std::move(*read));
     AnimatedBody body{nameFor(index, node), std::move(loaded->mesh), {}};
     for (const std::string& notice : loaded->notices) {
@@ -192,7 +192,7 @@ class AnimationReader {
 
   Result<void> addInstances(int index, const tinygltf::Node& node, GltfGeometry& geometry) {
     const auto instances = readGltfInstances(file_, model_, index);
-    if (!instances) return pass(instances.error());
+    if (!instances) return instances.error();
     if (node.skin >= 0 && !gltfInstanceAttributes(node).empty()) {
       return fail(ErrorCode::Unsupported,
                   "has a skin and instances (EXT_mesh_gpu_instancing), which glTF does not define "
@@ -246,7 +246,7 @@ class AnimationReader {
       largest = std::max(largest, largestExtent(moving, shape->base.size(), {0, moving_->end}));
     }
     auto tolerance = chosenTolerance(options_.tolerance, largest, file_.path.string());
-    if (!tolerance) return pass(tolerance.error());
+    if (!tolerance) return tolerance.error();
     scene_.tolerance = *tolerance;
     return {};
   }
@@ -291,7 +291,7 @@ class AnimationReader {
       std::vector<double> times = {begin};
       for (auto key = keys.upper_bound(begin); key != keys.end() && *key <= end; ++key) {
         if (auto done = divider.divide({times.back(), *key}, times); !done) {
-          return pass(done.error());
+          return done.error();
         }
       }
       runs.push_back(
@@ -346,7 +346,7 @@ class AnimationReader {
 Result<AnimatedScene> readGltfAnimation(const InputFile& file,
                                         const GltfAnimationOptions& options) {
   auto loaded = loadGltfModel(file);
-  if (!loaded) return pass(loaded.error());
+  if (!loaded) return loaded.error();
   auto scene = AnimationReader(file, loaded->model, options).read();
   if (scene) scene->otherFiles = std::move(loaded->bufferFiles);
   return scene;

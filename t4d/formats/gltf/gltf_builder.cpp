@@ -108,7 +108,7 @@ Result<GltfBuilder> GltfBuilder::create(Form form, const MeshWriteOptions& optio
                 "this build has no meshoptimizer, which EXT_meshopt_compression needs");
   }
   auto root = rootNode(options);
-  if (!root) return pass(root.error());
+  if (!root) return root.error();
   GltfBuilder builder(form, options);
   if (options.gltf.quantization) builder.use("KHR_mesh_quantization", true);
   if (options.gltf.meshopt) builder.use("EXT_meshopt_compression", true);
@@ -118,7 +118,7 @@ Result<GltfBuilder> GltfBuilder::create(Form form, const MeshWriteOptions& optio
   return builder;
 }
 
-tl::unexpected<Error> GltfBuilder::tooLarge() const {
+Error GltfBuilder::tooLarge() const {
   return fail(ErrorCode::Unsupported,
               isText_ ? "more geometry than a .gltf can hold; write .glb, or fewer frames or meshes"
                       : "more than the 4 GiB that a .glb can have; write fewer frames or meshes");
@@ -489,7 +489,7 @@ Result<void> GltfBuilder::addAttributes(const NamedMesh& named, const Layout& la
       }
       const auto accessor =
           addFloats(numbers, static_cast<int>(components), false, TINYGLTF_TARGET_ARRAY_BUFFER);
-      if (!accessor) return pass(accessor.error());
+      if (!accessor) return accessor.error();
       primitive.attributes[name] = *accessor;
     }
   }
@@ -498,10 +498,10 @@ Result<void> GltfBuilder::addAttributes(const NamedMesh& named, const Layout& la
 
 Result<int> GltfBuilder::addMesh(const NamedMesh& named, const model::Point3& center,
                                  Layout& layout) {
-  if (auto good = checkWritable(named); !good) return pass(good.error());
+  if (auto good = checkWritable(named); !good) return good.error();
   if (named.mesh.triangles.empty()) return -1;
   const auto places = placesOf(named, center);
-  if (!places) return pass(places.error());
+  if (!places) return places.error();
   layout.vertices = normals_ ? withNormals(named.mesh, *normals_) : withoutNormals(named.mesh);
   layout.copies.clear();
   std::span<const std::array<float, 4>> colors;
@@ -518,9 +518,9 @@ Result<int> GltfBuilder::addMesh(const NamedMesh& named, const model::Point3& ce
   }
   layout.places = withCopies(std::move(layout.places), layout.copies);
   const auto positions = addPositions(layout.places, false);
-  if (!positions) return pass(positions.error());
+  if (!positions) return positions.error();
   const auto indices = addIndices(layout, triangles);
-  if (!indices) return pass(indices.error());
+  if (!indices) return indices.error();
 
   tinygltf::Primitive primitive;
   primitive.mode = TINYGLTF_MODE_TRIANGLES;
@@ -529,17 +529,16 @@ Result<int> GltfBuilder::addMesh(const NamedMesh& named, const model::Point3& ce
   primitive.material = materialOf(named);
   if (normals_) {
     const auto normals = addNormals(withCopies(layout.vertices.normals, layout.copies));
-    if (!normals) return pass(normals.error());
+    if (!normals) return normals.error();
     primitive.attributes["NORMAL"] = *normals;
   }
   if (named.colors) {
     const auto colors = addColors(named, layout, triangles);
-    if (!colors) return pass(colors.error());
+    if (!colors) return colors.error();
     primitive.attributes["COLOR_0"] = *colors;
   }
   if (attributes_) {
-    if (auto done = addAttributes(named, layout, triangles, primitive); !done)
-      return pass(done.error());
+    if (auto done = addAttributes(named, layout, triangles, primitive); !done) return done.error();
   }
   tinygltf::Mesh mesh;
   mesh.name = named.name;
@@ -552,7 +551,7 @@ Result<void> GltfBuilder::addTarget(int mesh, const Layout& layout, const NamedM
                                     const model::Point3& center) {
   if (auto good = checkWritable(shape); !good) return good;
   const auto places = placesOf(shape, center);
-  if (!places) return pass(places.error());
+  if (!places) return places.error();
   const std::size_t count = layout.vertices.sources.size();
   std::vector<Eigen::Vector3f> moves;
   moves.reserve(layout.places.size());
@@ -575,7 +574,7 @@ Result<void> GltfBuilder::addTarget(int mesh, const Layout& layout, const NamedM
     moves.push_back(move.cast<float>());
   }
   const auto positions = addPositions(withCopies(std::move(moves), layout.copies), true);
-  if (!positions) return pass(positions.error());
+  if (!positions) return positions.error();
   std::map<std::string, int> target = {{"POSITION", *positions}};
   if (normals_) {
     std::vector<Eigen::Vector3f> turns = normalsWhenMoved(layout.vertices, shape.mesh);
@@ -583,7 +582,7 @@ Result<void> GltfBuilder::addTarget(int mesh, const Layout& layout, const NamedM
     // Up to 2, more than the integers of quantized normals can hold.
     const auto normals = addFloats(floatsOf(withCopies(std::move(turns), layout.copies)), 3, false,
                                    TINYGLTF_TARGET_ARRAY_BUFFER);
-    if (!normals) return pass(normals.error());
+    if (!normals) return normals.error();
     target["NORMAL"] = *normals;
   }
   model_.meshes[static_cast<std::size_t>(mesh)].primitives.front().targets.push_back(
@@ -655,12 +654,12 @@ Result<std::string> GltfBuilder::documentJson() {
 
 Result<std::vector<std::string>> GltfBuilder::finish(OutputFile& file) {
   auto json = documentJson();
-  if (!json) return pass(json.error());
+  if (!json) return json.error();
   if (encoding_.meshopt) {
-    if (auto done = compress(*json); !done) return pass(done.error());
+    if (auto done = compress(*json); !done) return done.error();
   }
   if (auto done = isText_ ? writeText(file, *json) : writeBinary(file, *json); !done) {
-    return pass(done.error());
+    return done.error();
   }
   if (auto line = rounding_.line()) lost_.push_back(std::move(*line));
   return lost_;

@@ -128,7 +128,7 @@ class GltfBuilder {
   Result<void> compress(std::string& document);
   Result<void> writeText(OutputFile& file, std::string_view json) const;
   Result<void> writeBinary(OutputFile& file, std::string_view json) const;
-  tl::unexpected<Error> tooLarge() const;
+  Error tooLarge() const;
 
   bool isText_;
   bool attributes_;

@@ -25,7 +25,7 @@ Result<GltfBuilder> animationBuilder(const std::filesystem::path& path,
 Result<void> GltfChannels::add(int node, const char* path, const char* interpolation,
                                std::span<const float> seconds, int values) {
   const auto input = builder_.addFloats(seconds, 1, true, 0);
-  if (!input) return pass(input.error());
+  if (!input) return input.error();
   tinygltf::AnimationSampler sampler;
   sampler.input = *input;
   sampler.output = values;
@@ -53,7 +53,7 @@ Result<void> GltfChannels::addShown(int node, std::span<const std::pair<double, 
   for (const auto& [seconds, visible] : shown) add(seconds, visible);
   add(end, shown.back().second);
   const auto values = builder_.addFloats(scales, 3, false, 0);
-  if (!values) return pass(values.error());
+  if (!values) return values.error();
   return this->add(node, "scale", "STEP", times, *values);
 }
 

@@ -53,10 +53,10 @@ Result<GltfCurve> GltfCurve::read(const InputFile& file, const tinygltf::Model& 
                    where);
   }
   auto times = readGltfAccessor(file, model, from->input, 1);
-  if (!times) return pass(times.error());
+  if (!times) return times.error();
   // Weights are scalars, one after the other.
   auto numbers = readGltfAccessor(file, model, from->output, kind == Kind::Weights ? 1 : width);
-  if (!numbers) return pass(numbers.error());
+  if (!numbers) return numbers.error();
   curve.times_ = std::move(*times);
   curve.numbers_ = std::move(*numbers);
 

@@ -106,20 +106,20 @@ Result<void> GltfGeometry::readPrimitive(const tinygltf::Primitive& primitive,
 
   const std::uint64_t first = builder_.pointCount();
   const auto count = addPoints(position->second, world);
-  if (!count) return pass(count.error());
+  if (!count) return count.error();
   parts_.push_back({&primitive, *count, world.linear()});
   const auto corners = cornersOf(primitive, *count);
-  if (!corners) return pass(corners.error());
+  if (!corners) return corners.error();
   return addTriangles(mode, *corners, first, world.linear().determinant() < 0);
 }
 
 Result<std::size_t> GltfGeometry::addPoints(int accessor, const Eigen::Affine3d& world) {
   const auto numbers = readGltfAccessor(file_, model_, accessor, 3);
-  if (!numbers) return pass(numbers.error());
+  if (!numbers) return numbers.error();
   for (std::size_t i = 0; i < numbers->size(); i += 3) {
     const Eigen::Map<const Eigen::Vector3d> point(numbers->data() + i);
     if (auto added = builder_.addPoint(world * point, place_); !added) {
-      return pass(added.error());
+      return added.error();
     }
   }
   return numbers->size() / 3;
@@ -133,7 +133,7 @@ Result<std::vector<std::uint64_t>> GltfGeometry::cornersOf(const tinygltf::Primi
     return corners;
   }
   const auto numbers = readGltfAccessor(file_, model_, primitive.indices, 1);
-  if (!numbers) return pass(numbers.error());
+  if (!numbers) return numbers.error();
   corners.reserve(numbers->size());
   for (const double number : *numbers) {
     const auto corner = static_cast<std::uint64_t>(std::max(number, 0.0));

@@ -23,8 +23,8 @@ class HierarchyReader {
 
   Result<GltfHierarchy> read() {
     readNodes();
-    if (auto done = readChannels(); !done) return pass(done.error());
-    if (auto done = checkScales(); !done) return pass(done.error());
+    if (auto done = readChannels(); !done) return done.error();
+    if (auto done = checkScales(); !done) return done.error();
     return std::move(found_);
   }
 
@@ -98,7 +98,7 @@ class HierarchyReader {
                        where);
       }
       auto curve = GltfCurve::read(file_, model_, animation_, channel.sampler, kind, width);
-      if (!curve) return pass(curve.error());
+      if (!curve) return curve.error();
       found_.end = std::max(found_.end, curve->times().back());
       found_.curves.push_back(std::make_unique<GltfCurve>(std::move(*curve)));
       slot = found_.curves.back().get();

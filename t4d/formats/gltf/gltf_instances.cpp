@@ -59,28 +59,28 @@ class InstanceReader {
 
   Result<std::vector<Eigen::Affine3d>> read(const tinygltf::Value& extension) {
     const auto found = count(extension);
-    if (!found) return pass(found.error());
+    if (!found) return found.error();
     // If no other attribute says how many there are, this one has to exist.
     if (other_ >= 0) {
       const auto type = model_.accessors[static_cast<std::size_t>(other_)].type;
       const int width = tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type));
       const auto read = readGltfAccessor(file_, model_, other_, std::max(width, 1));
-      if (!read) return pass(read.error());
+      if (!read) return read.error();
     }
     std::vector<Eigen::Affine3d> transforms(*found, Eigen::Affine3d::Identity());
     if (translation_ >= 0) {
       const auto numbers = numbersOf(translation_, 3);
-      if (!numbers) return pass(numbers.error());
+      if (!numbers) return numbers.error();
       for (std::size_t i = 0; i < transforms.size(); ++i) {
         transforms[i].translation() = Eigen::Map<const Eigen::Vector3d>(&(*numbers)[3 * i]);
       }
     }
     if (rotation_ >= 0) {
-      if (auto done = turn(transforms); !done) return pass(done.error());
+      if (auto done = turn(transforms); !done) return done.error();
     }
     if (scale_ >= 0) {
       const auto numbers = numbersOf(scale_, 3);
-      if (!numbers) return pass(numbers.error());
+      if (!numbers) return numbers.error();
       for (std::size_t i = 0; i < transforms.size(); ++i) {
         transforms[i].linear() *=
             Eigen::Map<const Eigen::Vector3d>(&(*numbers)[3 * i]).asDiagonal();
@@ -92,7 +92,7 @@ class InstanceReader {
  private:
   Result<void> turn(std::vector<Eigen::Affine3d>& transforms) const {
     const auto numbers = numbersOf(rotation_, 4);
-    if (!numbers) return pass(numbers.error());
+    if (!numbers) return numbers.error();
     for (std::size_t i = 0; i < transforms.size(); ++i) {
       const double* xyzw = &(*numbers)[4 * i];
       const Eigen::Quaterniond rotation(xyzw[3], xyzw[0], xyzw[1], xyzw[2]);

@@ -105,21 +105,19 @@ std::string oneLine(std::string text) {
 std::optional<Error> brokenJson(const InputFile& file, std::string_view text) {
   try {
     if (nlohmann::json::parse(text).is_object()) return std::nullopt;
-    return invalid("is not glTF 2.0: its JSON is not an object", file.path.string()).value();
+    return invalid("is not glTF 2.0: its JSON is not an object", file.path.string());
   } catch (const nlohmann::json::parse_error& error) {
     // "[json.exception.parse_error.101] parse error at line 3, column 5: ..."
     std::string_view what = error.what();
     what.remove_prefix(std::min(what.size(), what.find("] ") + 2));
     const auto begin = static_cast<std::size_t>(text.data() - file.bytes.data());
     const std::size_t byte = begin + (error.byte > 0 ? error.byte - 1 : 0);
-    return invalid(fmt::format("is not glTF 2.0: its JSON has a {}", what), file.atByte(byte))
-        .value();
+    return invalid(fmt::format("is not glTF 2.0: its JSON has a {}", what), file.atByte(byte));
   } catch (const nlohmann::json::out_of_range& error) {
     // "[json.exception.out_of_range.406] number overflow parsing '1e999'"
     std::string_view what = error.what();
     what.remove_prefix(std::min(what.size(), what.find("] ") + 2));
-    return invalid(fmt::format("is not glTF 2.0: its JSON has a {}", what), file.path.string())
-        .value();
+    return invalid(fmt::format("is not glTF 2.0: its JSON has a {}", what), file.path.string());
   }
 }
 
@@ -136,9 +134,9 @@ bool isSupported(const std::string& extension) {
 
 Result<GltfModel> loadGltfModel(const InputFile& file) {
   const auto json = jsonOf(file);
-  if (!json) return pass(json.error());
+  if (!json) return json.error();
   if (auto good = checkJson(*json, file.path.string(), {.wholeNumbers = kWholeNumbers}); !good) {
-    return pass(good.error());
+    return good.error();
   }
   Buffers buffers{file.path.parent_path().string()};
   if (buffers.folder.empty()) buffers.folder = ".";
@@ -163,7 +161,7 @@ Result<GltfModel> loadGltfModel(const InputFile& file) {
     problem = exception.what();
   }
   if (!parsed) {
-    if (const auto broken = brokenJson(file, *json)) return pass(*broken);
+    if (const auto broken = brokenJson(file, *json)) return *broken;
     return invalid(fmt::format("is not glTF 2.0: {}", oneLine(problem)), file.path.string());
   }
   if (!model.asset.version.starts_with("2.")) {

@@ -52,7 +52,7 @@ Result<void> MorphWriter::State::animate(const Body& body, double end, GltfChann
     ones.push_back(static_cast<std::uint32_t>(seconds.size() * targets - 1));
   }
   const auto weights = builder.addOnes(seconds.size() * targets, ones);
-  if (!weights) return pass(weights.error());
+  if (!weights) return weights.error();
   return channels.add(body.node, "weights", "LINEAR", seconds, *weights);
 }
 
@@ -75,9 +75,9 @@ MorphWriter::~MorphWriter() = default;
 Result<MorphWriter> MorphWriter::create(const std::filesystem::path& path,
                                         const MeshWriteOptions& options) {
   auto builder = animationBuilder(path, options);
-  if (!builder) return pass(builder.error());
+  if (!builder) return builder.error();
   auto file = OutputFile::create(path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   return MorphWriter(
       std::unique_ptr<State>(new State{path, std::move(*file), std::move(*builder)}));
 }
@@ -127,7 +127,7 @@ Result<std::vector<std::string>> MorphWriter::finish(double seconds) {
   if (auto done = state.animate(seconds); !done) return inFile(state.path, done.error());
   auto lost = state.builder.finish(state.file);
   if (!lost) return inFile(state.path, lost.error());
-  if (auto done = state.file.commit(); !done) return pass(done.error());
+  if (auto done = state.file.commit(); !done) return done.error();
   return lost;
 }
 

@@ -24,20 +24,20 @@ class RestReader {
 
   Result<LoadedMesh> read() {
     if (auto placed = model_.nodes.empty() ? placeAll() : placeScene(); !placed) {
-      return pass(placed.error());
+      return placed.error();
     }
-    if (auto good = checkGltfCost(file_, model_, copies_); !good) return pass(good.error());
+    if (auto good = checkGltfCost(file_, model_, copies_); !good) return good.error();
     GltfGeometry geometry(file_, model_);
     std::size_t hiddenInstances = 0;
     for (const auto& [mesh, world, node] : placed_) {
       const auto instances = instancesOf(node);
-      if (!instances) return pass(instances.error());
+      if (!instances) return instances.error();
       for (const Eigen::Affine3d& instance : *instances) {
         if (instance.linear().isZero(0)) {
           ++hiddenInstances;
           continue;
         }
-        if (auto done = geometry.addMesh(mesh, world * instance); !done) return pass(done.error());
+        if (auto done = geometry.addMesh(mesh, world * instance); !done) return done.error();
       }
     }
     GltfLooks looks = readGltfLooks(file_, model_, geometry.parts());
@@ -85,7 +85,7 @@ class RestReader {
 
   Result<void> placeScene() {
     const auto scene = readGltfScene(file_, model_);
-    if (!scene) return pass(scene.error());
+    if (!scene) return scene.error();
     sheared_ = scene->sheared;
     struct Placed {
       int parent = -1;
@@ -104,7 +104,7 @@ class RestReader {
       if (mesh < 0) continue;
       if (!hidden) {
         const auto count = countGltfInstances(file_, model_, node.index);
-        if (!count) return pass(count.error());
+        if (!count) return count.error();
         placed_.push_back({mesh, world, node.index});
         copies_.push_back({mesh, *count});
       }
@@ -130,7 +130,7 @@ class RestReader {
 
 Result<LoadedMesh> readGltf(const InputFile& file) {
   auto loaded = loadGltfModel(file);
-  if (!loaded) return pass(loaded.error());
+  if (!loaded) return loaded.error();
   auto mesh = RestReader(file, loaded->model).read();
   if (mesh) mesh->otherFiles = std::move(loaded->bufferFiles);
   return mesh;

@@ -39,10 +39,10 @@ Result<void> addMotion(const RigidBody& body, int node, double end, const model:
   for (const RigidBody::Key& key : body.keys) add(key, key.seconds);
   add(body.keys.back(), end);
   const auto turns = builder.addFloats(rotations, 4, false, 0);
-  if (!turns) return pass(turns.error());
+  if (!turns) return turns.error();
   if (auto done = channels.add(node, "rotation", "LINEAR", times, *turns); !done) return done;
   const auto moves = builder.addFloats(translations, 3, false, 0);
-  if (!moves) return pass(moves.error());
+  if (!moves) return moves.error();
   return channels.add(node, "translation", "LINEAR", times, *moves);
 }
 
@@ -59,7 +59,7 @@ Result<void> addBodies(std::span<const RigidBody> bodies, double seconds,
           fmt::format("body '{}' moves beyond the float32 numbers of glTF", body.mesh.name));
     }
     const auto mesh = builder.addMesh(body.mesh, model::Point3::Zero());
-    if (!mesh) return pass(mesh.error());
+    if (!mesh) return mesh.error();
     if (*mesh < 0) continue;
     tinygltf::Node node;
     node.name = body.mesh.name;
@@ -86,19 +86,19 @@ Result<std::vector<std::string>> writeRigidAnimation(const std::filesystem::path
                                                      double seconds,
                                                      const MeshWriteOptions& options) {
   auto builder = animationBuilder(path, options);
-  if (!builder) return pass(builder.error());
+  if (!builder) return builder.error();
   if (options.gltf.quantization) {
     return fail(ErrorCode::Unsupported, "quantized positions of bodies that are moved by poses",
                 path.string());
   }
   auto file = OutputFile::create(path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   if (auto done = addBodies(bodies, seconds, options.center, *builder); !done) {
     return inFile(path, done.error());
   }
   auto lost = builder->finish(*file);
   if (!lost) return inFile(path, lost.error());
-  if (auto done = file->commit(); !done) return pass(done.error());
+  if (auto done = file->commit(); !done) return done.error();
   return lost;
 }
 

@@ -17,7 +17,7 @@ class Walk {
 
   Result<GltfScene> from(std::optional<int> scene) {
     const auto first = roots(scene);
-    if (!first) return pass(first.error());
+    if (!first) return first.error();
     struct Visit {
       int node;
       int parent;
@@ -43,7 +43,7 @@ class Walk {
       }
       visited[static_cast<std::size_t>(index)] = true;
       const auto local = localTransform(*node, index);
-      if (!local) return pass(local.error());
+      if (!local) return local.error();
       scene_.nodes.push_back({index, parent, *local});
       push(node->children, index);
     }

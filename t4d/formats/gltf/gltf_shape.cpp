@@ -61,9 +61,9 @@ class ShapeReader {
     shape.node = index;
     shape.base = mesh.mesh.vertices;
     shape.weightCurve = hierarchy_.weights[static_cast<std::size_t>(index)];
-    if (auto done = readTargets(node, parts, mesh.points, shape); !done) return pass(done.error());
+    if (auto done = readTargets(node, parts, mesh.points, shape); !done) return done.error();
     if (node.skin >= 0) {
-      if (auto done = readSkin(node, parts, mesh.points, shape); !done) return pass(done.error());
+      if (auto done = readSkin(node, parts, mesh.points, shape); !done) return done.error();
     }
     measure(shape);
     return shape;
@@ -119,7 +119,7 @@ class ShapeReader {
         if (has) {
           const int accessor = primitive->targets[k].at("POSITION");
           auto read = readGltfAccessor(file_, model_, accessor, 3);
-          if (!read) return pass(read.error());
+          if (!read) return read.error();
           if (read->size() != numbers.size()) {
             return invalid(
                 fmt::format("{} displacements of {} positions", read->size() / 3, pointCount),
@@ -141,7 +141,7 @@ class ShapeReader {
       auto target = ofVertices(
           displaced, points, shape.base.size(), where,
           [&](const Point3& a, const Point3& b) { return (a - b).norm() <= kTogether * longest; });
-      if (!target) return pass(target.error());
+      if (!target) return target.error();
       shape.targets.push_back(std::move(*target));
     }
     return {};
@@ -155,7 +155,7 @@ class ShapeReader {
     std::vector<double> inverseBinds;
     if (skin->inverseBindMatrices >= 0) {
       auto read = readGltfAccessor(file_, model_, skin->inverseBindMatrices, 16);
-      if (!read) return pass(read.error());
+      if (!read) return read.error();
       if (read->size() < 16 * skin->joints.size()) {
         return invalid(fmt::format("has {} joints and {} inverse bind matrices",
                                    skin->joints.size(), read->size() / 16),
@@ -193,7 +193,7 @@ class ShapeReader {
             return x.joint == y.joint && std::abs(x.weight - y.weight) <= kTogether;
           });
         });
-    if (!read) return pass(read.error());
+    if (!read) return read.error();
     shape.influences = std::move(*read);
     return {};
   }
@@ -207,9 +207,9 @@ class ShapeReader {
       const auto weightsOf = primitive.attributes.find(fmt::format("WEIGHTS_{}", set));
       if (jointsOf == primitive.attributes.end() || weightsOf == primitive.attributes.end()) break;
       const auto joint = readGltfAccessor(file_, model_, jointsOf->second, 4);
-      if (!joint) return pass(joint.error());
+      if (!joint) return joint.error();
       const auto weight = readGltfAccessor(file_, model_, weightsOf->second, 4);
-      if (!weight) return pass(weight.error());
+      if (!weight) return weight.error();
       if (joint->size() != 4 * ofPoints.size() || weight->size() != 4 * ofPoints.size()) {
         return invalid(fmt::format("{} joints and {} weights of {} positions", joint->size() / 4,
                                    weight->size() / 4, ofPoints.size()),

@@ -21,10 +21,10 @@ Result<std::vector<std::string>> writeScene(Form form, OutputFile& file,
                                             std::span<const NamedMesh> meshes,
                                             const MeshWriteOptions& options) {
   auto builder = GltfBuilder::create(form, options);
-  if (!builder) return pass(builder.error());
+  if (!builder) return builder.error();
   for (const NamedMesh& named : meshes) {
     const auto mesh = builder->addMesh(named);
-    if (!mesh) return pass(mesh.error());
+    if (!mesh) return mesh.error();
     if (*mesh < 0) continue;
     tinygltf::Node node;
     node.name = named.name;
@@ -166,11 +166,11 @@ Result<void> FlipbookWriter::State::animate() {
     auto& output = arrays[(first ? 1u : 0u) + (last ? 2u : 0u)];
     if (!output) {
       const auto added = addVisible(values);
-      if (!added) return pass(added.error());
+      if (!added) return added.error();
       output = *added;
     }
     const auto input = addTimes(keys);
-    if (!input) return pass(input.error());
+    if (!input) return input.error();
     tinygltf::AnimationSampler sampler;
     sampler.input = *input;
     sampler.output = *output;
@@ -190,7 +190,7 @@ Result<void> FlipbookWriter::State::animate() {
 Result<void> FlipbookWriter::State::endFile(OutputFile& into) {
   if (auto done = animate(); !done) return done;
   auto more = builder.finish(into);
-  if (!more) return pass(more.error());
+  if (!more) return more.error();
   for (std::string& line : *more) addOnce(lost, std::move(line));
   return {};
 }
@@ -204,12 +204,12 @@ Result<void> FlipbookWriter::State::endPart() {
   const std::string name = part.filename().string();
   if (auto good = system::checkReplaceable(part.parent_path(), {&name, 1}); !good) return good;
   auto created = OutputFile::create(part);
-  if (!created) return pass(created.error());
+  if (!created) return created.error();
   parts.push_back(std::move(*created));
   files.push_back(part);
   if (auto done = endFile(parts.back()); !done) return done;
   auto next = builderOf(path, options);
-  if (!next) return pass(next.error());
+  if (!next) return next.error();
   builder = std::move(*next);
   firstFrame += frameCount;
   frameCount = 0;
@@ -238,7 +238,7 @@ Result<FlipbookWriter> FlipbookWriter::create(const std::filesystem::path& path,
   auto builder = builderOf(path, options);
   if (!builder) return inFile(path, builder.error());
   auto file = OutputFile::create(path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   return FlipbookWriter(std::unique_ptr<State>(
       new State{std::move(*builder), std::move(*file), path, framesPerSecond, options}));
 }
@@ -296,13 +296,13 @@ Result<std::vector<std::string>> FlipbookWriter::finish() {
   if (state.frameCount == 0) return invalid("a flipbook without frames", state.path.string());
   if (state.file) {
     if (auto done = state.endFile(*state.file); !done) return inFile(state.path, done.error());
-    if (auto done = state.file->commit(); !done) return pass(done.error());
+    if (auto done = state.file->commit(); !done) return done.error();
     state.files.push_back(state.path);
     return state.lost;
   }
   if (auto done = state.endPart(); !done) return inFile(state.path, done.error());
   for (OutputFile& part : state.parts) {
-    if (auto done = part.commit(); !done) return pass(done.error());
+    if (auto done = part.commit(); !done) return done.error();
   }
   return state.lost;
 }

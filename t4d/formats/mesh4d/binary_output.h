@@ -16,7 +16,7 @@ class BinaryOutput {
  public:
   static Result<BinaryOutput> create(const std::filesystem::path& path) {
     auto file = OutputFile::create(path);
-    if (!file) return pass(file.error());
+    if (!file) return file.error();
     return BinaryOutput(std::move(*file));
   }
 

@@ -29,7 +29,7 @@ class FourdoReader {
     text_.nextLine();
     text_.word();
     std::int64_t version = 0;
-    if (!text_.integer(version, "the version, 1 or 2")) return pass(text_.error());
+    if (!text_.integer(version, "the version, 1 or 2")) return text_.error();
     if (version != 1 && version != 2) {
       return fail(ErrorCode::Unsupported,
                   fmt::format("is 4DO version {}, expected 1 or 2", version), text_.where());
@@ -49,7 +49,7 @@ class FourdoReader {
         ++polylines_;
       }
       // Others say nothing about the tetrahedra.
-      if (!done) return pass(done.error());
+      if (!done) return done.error();
     }
     auto loaded = std::move(mesh_).finish();
     if (!loaded) return loaded;
@@ -70,7 +70,7 @@ class FourdoReader {
   Result<void> readVertex() {
     model::Point4 inFile;
     for (double& coordinate : inFile) {
-      if (!text_.number(coordinate, "a coordinate (a vertex has four)")) return pass(text_.error());
+      if (!text_.number(coordinate, "a coordinate (a vertex has four)")) return text_.error();
     }
     model::Point4 vertex;
     for (int i = 0; i < 4; ++i) vertex[i] = inFile[axis_[i]] * sign_[i];
@@ -110,7 +110,7 @@ class FourdoReader {
       }
       std::int64_t number = 0;
       if (!text_.parse(word.substr(0, word.find('/')), number, "the number of a vertex")) {
-        return pass(text_.error());
+        return text_.error();
       }
       if (number < 0 || static_cast<std::uint64_t>(number) >= mesh_.vertexCount()) {
         return text_.invalidHere(fmt::format(

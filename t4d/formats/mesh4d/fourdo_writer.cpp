@@ -6,7 +6,7 @@ namespace t4d::formats {
 
 Result<void> write4do(const std::filesystem::path& path, const FlatBodies& mesh) {
   auto text = TextOutput::create(path);
-  if (!text) return pass(text.error());
+  if (!text) return text.error();
   text->add("4DO 1\n# written by t4d: w is time\norient X Y Z W\n");
   auto done = mesh.forVertices([&](std::span<const model::Point4> vertices) {
     for (const model::Point4& v : vertices) text->add("v {} {} {} {}\n", v[0], v[1], v[2], v[3]);

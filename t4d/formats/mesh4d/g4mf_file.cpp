@@ -114,7 +114,7 @@ Result<G4mfFile> G4mfFile::open(const InputFile& file) {
   G4mfFile result;
   result.path_ = file.path;
   result.bytes_ = file.bytes.size();
-  if (auto parsed = result.parseContainer(file); !parsed) return pass(parsed.error());
+  if (auto parsed = result.parseContainer(file); !parsed) return parsed.error();
   const json& document = result.document_;
   if (!document.is_object() || !document.contains("asset") || !document["asset"].is_object()) {
     return result.wrong("has no 'asset'");
@@ -205,7 +205,7 @@ Result<std::string> G4mfFile::loadBuffer(const json& about, std::uint64_t index,
       owned = std::move(*bytes);
     } else {
       auto bytes = externalFile(text);
-      if (!bytes) return pass(bytes.error());
+      if (!bytes) return bytes.error();
       owned = std::move(*bytes);
     }
     stored = owned;
@@ -242,7 +242,7 @@ Result<const std::string*> G4mfFile::buffer(std::uint64_t index) {
     const auto size = wholeNumber(about, "byteLength");
     if (!size) return wrong(fmt::format("buffer {} has no 'byteLength'", index));
     auto loaded = loadBuffer(about, index, *size);
-    if (!loaded) return pass(loaded.error());
+    if (!loaded) return loaded.error();
     buffer = std::move(*loaded);
     bytes_ += buffer->size();
   }
@@ -253,7 +253,7 @@ Result<std::vector<double>> G4mfFile::accessor(std::uint64_t number) {
   const json& accessor = document_["accessors"][number];
   const auto which = fmt::format("accessor {}", number);
   const auto viewIndex = index(accessor, "bufferView", "bufferViews");
-  if (!viewIndex) return pass(viewIndex.error());
+  if (!viewIndex) return viewIndex.error();
   if (!*viewIndex) return wrong(which + " has no 'bufferView'");
   std::string type = accessor.value("primitiveType", json("")).is_string()
                          ? accessor.value("primitiveType", std::string())
@@ -276,10 +276,10 @@ Result<std::vector<double>> G4mfFile::accessor(std::uint64_t number) {
     return wrong(fmt::format("the buffer view of {} is not a whole number of vectors", which));
   }
   auto bufferIndex = index(view, "buffer", "buffers");
-  if (!bufferIndex) return pass(bufferIndex.error());
+  if (!bufferIndex) return bufferIndex.error();
   if (!*bufferIndex && buffers_.empty()) return wrong(which + " has no buffer");
   const auto data = buffer(bufferIndex->value_or(0));
-  if (!data) return pass(data.error());
+  if (!data) return data.error();
   if (*offset > (*data)->size() || *length > (*data)->size() - *offset) {
     return wrong(fmt::format("the buffer view of {} ends beyond its buffer of {} bytes", which,
                              (*data)->size()));

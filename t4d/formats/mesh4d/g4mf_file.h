@@ -34,9 +34,7 @@ class G4mfFile {
   /// Files of buffers that were read.
   const std::vector<std::filesystem::path>& otherFiles() const { return otherFiles_; }
 
-  tl::unexpected<Error> wrong(const std::string& message) const {
-    return invalid(message, path_.string());
-  }
+  Error wrong(const std::string& message) const { return invalid(message, path_.string()); }
 
  private:
   Result<void> parseContainer(const InputFile& file);

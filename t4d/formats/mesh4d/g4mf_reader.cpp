@@ -90,11 +90,11 @@ class G4mfReader {
     const std::size_t nodes = document.contains("nodes") ? document["nodes"].size() : 0;
     if (nodes > 0) {
       seen_.resize(nodes);
-      if (auto done = readNode(0, {}, 0); !done) return pass(done.error());
+      if (auto done = readNode(0, {}, 0); !done) return done.error();
     } else if (document.contains("meshes")) {
       for (std::size_t i = 0; i < document["meshes"].size(); ++i) {
         if (auto done = readMesh(i, {}, textOf(document["meshes"][i], "name")); !done) {
-          return pass(done.error());
+          return done.error();
         }
       }
     }
@@ -105,8 +105,8 @@ class G4mfReader {
     }
     if (cameras_) skipped.emplace_back("cameras");
     if (!skipped.empty()) {
-      loaded_.losses.push_back(fmt::format("{}: {} are not read", file_.wrong("").value().where,
-                                           fmt::join(skipped, ", ")));
+      loaded_.losses.push_back(
+          fmt::format("{}: {} are not read", file_.wrong("").where, fmt::join(skipped, ", ")));
     }
     loaded_.otherFiles = file_.otherFiles();
     return std::move(loaded_);
@@ -137,13 +137,13 @@ class G4mfReader {
 
   Result<Placement> placementOf(const json& node, const Placement& above) const {
     const auto position = numbers(node, "position", {4});
-    if (!position) return pass(position.error());
+    if (!position) return position.error();
     const auto basis = numbers(node, "basis", {16});
-    if (!basis) return pass(basis.error());
+    if (!basis) return basis.error();
     const auto scale = numbers(node, "scale", {1, 4});
-    if (!scale) return pass(scale.error());
+    if (!scale) return scale.error();
     const auto rotor = numbers(node, "rotor", {7, 8});
-    if (!rotor) return pass(rotor.error());
+    if (!rotor) return rotor.error();
     Placement own;
     if (!basis->empty()) {
       own.basis = Eigen::Map<const Eigen::Matrix4d>(basis->data());  // column by column
@@ -176,12 +176,12 @@ class G4mfReader {
     seen_[number] = true;
     const json& node = file_.document()["nodes"][number];
     const auto placement = placementOf(node, above);
-    if (!placement) return pass(placement.error());
+    if (!placement) return placement.error();
     cameras_ = cameras_ || node.contains("camera");
     const auto instance = node.find("meshInstance");
     const bool isInstance = instance != node.end() && instance->is_object();
     const auto mesh = file_.index(isInstance ? *instance : node, "mesh", "meshes");
-    if (!mesh) return pass(mesh.error());
+    if (!mesh) return mesh.error();
     if (*mesh) {
       if (auto done = readMesh(**mesh, *placement, textOf(node, "name")); !done) return done;
     }
@@ -190,7 +190,7 @@ class G4mfReader {
     if (!children->is_array()) return file_.wrong("the 'children' of a node are not an array");
     for (const json& child : *children) {
       const auto index = file_.index({{"child", child}}, "child", "nodes");
-      if (!index) return pass(index.error());
+      if (!index) return index.error();
       if (!*index) continue;
       if (auto done = readNode(**index, *placement, depth + 1); !done) return done;
     }
@@ -200,7 +200,7 @@ class G4mfReader {
   Result<void> addVertices(std::uint64_t accessor, const Placement& placement,
                            Mesh4dBuilder& builder) {
     const auto numbers = file_.accessor(accessor);
-    if (!numbers) return pass(numbers.error());
+    if (!numbers) return numbers.error();
     const bool moved = !placement.basis.isIdentity(0) || !placement.position.isZero(0);
     builder.reserve(builder.vertexCount() + numbers->size() / 4, 0);
     for (std::size_t i = 0; i < numbers->size(); i += 4) {
@@ -213,10 +213,10 @@ class G4mfReader {
 
   Result<void> readMesh(std::uint64_t number, const Placement& placement, const std::string& name) {
     const json& mesh = file_.document()["meshes"][number];
-    const std::string where = fmt::format("{}: mesh {}", file_.wrong("").value().where, number);
+    const std::string where = fmt::format("{}: mesh {}", file_.wrong("").where, number);
     Mesh4dBuilder builder(where, [&](auto i) { return fmt::format("{}, element {}", where, i); });
     const auto shared = file_.index(mesh, "vertices", "accessors");
-    if (!shared) return pass(shared.error());
+    if (!shared) return shared.error();
     if (*shared) {
       if (auto added = addVertices(**shared, placement, builder); !added) return added;
     }
@@ -232,20 +232,20 @@ class G4mfReader {
       if (!surface.is_object()) return file_.wrong("a surface is not an object");
       auto cells = file_.index(surface, "simplexes", "accessors");
       if (cells && !*cells) cells = file_.index(surface, "cells", "accessors");
-      if (!cells) return pass(cells.error());
+      if (!cells) return cells.error();
       if (!*cells) continue;
       any = true;
       std::size_t first = 0;
       if (!*shared) {
         const auto own = file_.index(surface, "vertices", "accessors");
-        if (!own) return pass(own.error());
+        if (!own) return own.error();
         if (!*own) return file_.wrong(fmt::format("mesh {} has no vertices", number));
         first = builder.vertexCount();
         if (auto added = addVertices(**own, placement, builder); !added) return added;
       }
       const std::size_t end = builder.vertexCount();
       const auto corners = file_.accessor(**cells);
-      if (!corners) return pass(corners.error());
+      if (!corners) return corners.error();
       for (std::size_t i = 0; i < corners->size(); i += 4) {
         std::array<std::uint64_t, 4> cell{};
         for (std::size_t k = 0; k < 4; ++k) {
@@ -263,7 +263,7 @@ class G4mfReader {
     }
     if (!any) return {};
     auto body = std::move(builder).finish();
-    if (!body) return pass(body.error());
+    if (!body) return body.error();
     elements_ += body->bodies[0].vertices.size() + body->bodies[0].cells.size();
     if (elements_ > kMostElementsPerByte * file_.bytes()) {
       return fail(
@@ -271,7 +271,7 @@ class G4mfReader {
           fmt::format("its nodes repeat meshes too often: {} vertices and tetrahedra from {} "
                       "bytes",
                       elements_, file_.bytes()),
-          file_.wrong("").value().where);
+          file_.wrong("").where);
     }
     body->bodies[0].name = name;
     loaded_.bodies.push_back(std::move(body->bodies[0]));
@@ -297,7 +297,7 @@ bool isG4mfText(std::string_view begin) {
 
 Result<LoadedMesh4d> readG4mf(const InputFile& file) {
   auto g4mf = G4mfFile::open(file);
-  if (!g4mf) return pass(g4mf.error());
+  if (!g4mf) return g4mf.error();
   auto loaded = G4mfReader(*g4mf).read();
   if (loaded) loaded->dialect = isG4mfBinary(file.bytes) ? "binary, draft" : "text, draft";
   return loaded;

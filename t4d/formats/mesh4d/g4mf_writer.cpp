@@ -102,14 +102,14 @@ Result<void> writeG4mfText(const std::filesystem::path& path, const FlatBodies& 
       base64({reinterpret_cast<const std::uint8_t*>(data.data()), data.size()});
   const std::string text = textOf(document, 1) + "\n";
   auto file = OutputFile::create(path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   if (done = file->write(text.data(), text.size()); !done) return done;
   return file->commit();
 }
 
 Result<void> writeG4mfBinary(const std::filesystem::path& path, const FlatBodies& mesh) {
   auto file = OutputFile::create(path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   std::string json = textOf(documentOf(mesh), -1);
   const std::uint64_t jsonBytes = json.size();
   json.resize((json.size() + 15) / 16 * 16, ' ');

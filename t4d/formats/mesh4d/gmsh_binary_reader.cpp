@@ -50,12 +50,12 @@ class GmshBinaryReader {
   Result<LoadedMesh4d> read() {
     while (skipBlanks()) {
       const auto section = line("a section, as $Nodes");
-      if (!section) return pass(section.error());
+      if (!section) return section.error();
       if (!section->starts_with('$')) {
         return bytes_.invalidHere(
             fmt::format("found {} before here, expected a section, as $Nodes", inQuotes(*section)));
       }
-      if (auto done = readSection(*section); !done) return pass(done.error());
+      if (auto done = readSection(*section); !done) return done.error();
     }
     return std::move(mesh_).finish(order_ == std::endian::big ? "MSH 4.1, binary, big-endian"
                                                               : "MSH 4.1, binary");
@@ -115,7 +115,7 @@ class GmshBinaryReader {
   Result<std::int64_t> lineNumber(std::string_view what) {
     const std::size_t begin = bytes_.at();
     const auto text = line(what);
-    if (!text) return pass(text.error());
+    if (!text) return text.error();
     std::int64_t value = 0;
     const auto [stop, problem] = std::from_chars(text->data(), text->data() + text->size(), value);
     if (problem == std::errc() && stop == text->data() + text->size()) return value;
@@ -126,7 +126,7 @@ class GmshBinaryReader {
   Result<void> readFormat() {
     const std::size_t begin = bytes_.at();
     const auto format = line("the version");
-    if (!format) return pass(format.error());
+    if (!format) return format.error();
     if (*format != "4.1 1 8") {
       return fail(
           ErrorCode::Unsupported,
@@ -136,7 +136,7 @@ class GmshBinaryReader {
           file_.atByte(begin));
     }
     const auto one = bytes_.number<std::int32_t>("a 1 of 4 bytes");
-    if (!one) return pass(one.error());
+    if (!one) return one.error();
     if (*one != 1 && *one != 1 << 24) {
       return invalid(fmt::format("found {}, expected a 1 in either byte order", *one),
                      file_.atByte(bytes_.at() - 4));
@@ -149,11 +149,11 @@ class GmshBinaryReader {
   /// These are text.
   Result<void> readPhysicalNames() {
     const auto count = lineNumber("the number of physical names");
-    if (!count) return pass(count.error());
+    if (!count) return count.error();
     for (std::int64_t i = 0; i < *count; ++i) {
       const std::size_t begin = bytes_.at();
       const auto name = line("a physical name");
-      if (!name) return pass(name.error());
+      if (!name) return name.error();
       const InputFile only{file_.path, std::string(*name)};
       TextScanner text(only);
       std::int64_t dimension = 0;
@@ -177,7 +177,7 @@ class GmshBinaryReader {
     std::array<std::uint64_t, 4> counts{};
     for (std::uint64_t& count : counts) {
       const auto number = bytes_.number<std::uint64_t>("a number of entities");
-      if (!number) return pass(number.error());
+      if (!number) return number.error();
       count = *number;
     }
     for (int dimension = 0; dimension < 4; ++dimension) {
@@ -190,7 +190,7 @@ class GmshBinaryReader {
         const auto tag = bytes_.next<std::int32_t>();
         bytes_.skip(bounds);
         const auto groups = bytes_.number<std::uint64_t>("the number of physical tags");
-        if (!groups) return pass(groups.error());
+        if (!groups) return groups.error();
         if (auto good = bytes_.checkCount(*groups, 4, "physical tags"); !good) return good;
         for (std::uint64_t k = 0; k < *groups; ++k) {
           const auto group = bytes_.next<std::int32_t>();
@@ -198,7 +198,7 @@ class GmshBinaryReader {
         }
         if (dimension == 0) continue;
         const auto sides = bytes_.number<std::uint64_t>("the number of bounding entities");
-        if (!sides) return pass(sides.error());
+        if (!sides) return sides.error();
         if (auto good = bytes_.checkCount(*sides, 4, "bounding entities"); !good) return good;
         bytes_.skip(4 * *sides);
       }
@@ -209,12 +209,12 @@ class GmshBinaryReader {
   /// What a section of nodes or elements begins with: the number of blocks.
   Result<std::uint64_t> readHead() {
     if (auto good = bytes_.checkLeft(4, 8, "the numbers of blocks and elements"); !good) {
-      return pass(good.error());
+      return good.error();
     }
     const auto blocks = bytes_.next<std::uint64_t>();
     bytes_.skip(std::uint64_t{3} * 8);
     if (auto good = bytes_.checkCount(blocks, 3 * 4 + 8, "blocks"); !good) {
-      return pass(good.error());
+      return good.error();
     }
     return blocks;
   }
@@ -226,7 +226,7 @@ class GmshBinaryReader {
     std::uint64_t count;
   };
   Result<BlockHead> readBlockHead() {
-    if (auto good = bytes_.checkLeft(1, 3 * 4 + 8, "a block"); !good) return pass(good.error());
+    if (auto good = bytes_.checkLeft(1, 3 * 4 + 8, "a block"); !good) return good.error();
     BlockHead head{};
     for (std::int32_t* number : {&head.dimension, &head.entity, &head.kind}) {
       *number = bytes_.next<std::int32_t>();
@@ -254,17 +254,17 @@ class GmshBinaryReader {
 
   Result<void> readNodes() {
     const auto blocks = readHead();
-    if (!blocks) return pass(blocks.error());
+    if (!blocks) return blocks.error();
     for (std::uint64_t block = 0; block < *blocks; ++block) {
       const auto head = readBlockHead();
-      if (!head) return pass(head.error());
+      if (!head) return head.error();
       const std::uint64_t parameters =
           head->kind != 0 ? static_cast<std::uint64_t>(head->dimension) : 0;
       const std::uint64_t each = 8 * (3 + parameters);
       if (auto good = bytes_.checkCount(head->count, 8 + each, "nodes"); !good) return good;
       for (std::uint64_t i = 0; i < head->count; ++i) {
         const auto tag = readTag();
-        if (!tag) return pass(tag.error());
+        if (!tag) return tag.error();
         if (!mesh_.addTag(*tag)) {
           return invalid(fmt::format("a second node has the tag {}", *tag),
                          file_.atByte(bytes_.at() - 8));
@@ -283,11 +283,11 @@ class GmshBinaryReader {
 
   Result<void> readElements() {
     const auto blocks = readHead();
-    if (!blocks) return pass(blocks.error());
+    if (!blocks) return blocks.error();
     for (std::uint64_t block = 0; block < *blocks; ++block) {
       const std::size_t begin = bytes_.at();
       const auto head = readBlockHead();
-      if (!head) return pass(head.error());
+      if (!head) return head.error();
       const std::uint64_t nodes = nodesOfType(head->kind);
       if (nodes == 0 ||
           (head->dimension == 3 && head->kind != kGmshTetrahedron && head->count > 0)) {
@@ -308,9 +308,9 @@ class GmshBinaryReader {
         std::array<std::uint64_t, 4> corners{};
         for (std::uint64_t& corner : corners) {
           const auto tag = readTag();
-          if (!tag) return pass(tag.error());
+          if (!tag) return tag.error();
           const auto node = readNode(*tag, bytes_.at() - 8);
-          if (!node) return pass(node.error());
+          if (!node) return node.error();
           corner = *node;
         }
         mesh_.addTetrahedron(corners, head->entity, place);
@@ -322,26 +322,26 @@ class GmshBinaryReader {
   /// Its tags are text.
   Result<void> readNodeData() {
     const auto strings = lineNumber("the number of string tags");
-    if (!strings) return pass(strings.error());
+    if (!strings) return strings.error();
     std::string name;
     for (std::int64_t i = 0; i < *strings; ++i) {
       const auto text = line("a string tag");
-      if (!text) return pass(text.error());
+      if (!text) return text.error();
       if (i == 0) name = std::string(*text);
     }
     skipping_ = !mesh_.isTime(name);
     if (skipping_) return {};
     const auto reals = lineNumber("the number of real tags");
-    if (!reals) return pass(reals.error());
+    if (!reals) return reals.error();
     for (std::int64_t i = 0; i < *reals; ++i) {
-      if (auto found = line("a real tag"); !found) return pass(found.error());
+      if (auto found = line("a real tag"); !found) return found.error();
     }
     const auto integers = lineNumber("the number of integer tags");
-    if (!integers) return pass(integers.error());
+    if (!integers) return integers.error();
     std::array<std::int64_t, 3> about{};  // step, components, nodes
     for (std::int64_t i = 0; i < *integers; ++i) {
       const auto value = lineNumber("an integer tag");
-      if (!value) return pass(value.error());
+      if (!value) return value.error();
       if (i < 3) about[static_cast<std::size_t>(i)] = *value;
     }
     if (about[1] != 1) {
@@ -356,7 +356,7 @@ class GmshBinaryReader {
     for (std::uint64_t i = 0; i < count; ++i) {
       const auto tag = bytes_.next<std::int32_t>();
       const auto node = readNode(tag, bytes_.at() - 4);
-      if (!node) return pass(node.error());
+      if (!node) return node.error();
       mesh_.setTime(*node, bytes_.next<double>());
     }
     return {};

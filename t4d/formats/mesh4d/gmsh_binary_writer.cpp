@@ -78,9 +78,9 @@ Result<void> writeGmshBinary(const std::filesystem::path& path, const FlatBodies
     return invalid("binary Gmsh files have fewer than 2^31 vertices with data", path.string());
   }
   const auto bounds = gmshBounds(mesh);
-  if (!bounds) return pass(bounds.error());
+  if (!bounds) return bounds.error();
   auto file = BinaryOutput::create(path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   const auto bodies = mesh.bodies();
   file->addText("$MeshFormat\n4.1 1 8\n");
   file->add(std::int32_t{1});

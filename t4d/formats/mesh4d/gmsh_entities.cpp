@@ -22,7 +22,7 @@ Result<std::vector<model::Bounds3>> gmshBounds(const FlatBodies& mesh) {
     }
     return {};
   });
-  if (!done) return pass(done.error());
+  if (!done) return done.error();
   return bounds;
 }
 

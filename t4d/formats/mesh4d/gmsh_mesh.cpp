@@ -42,10 +42,10 @@ Result<LoadedMesh4d> GmshMesh::finish(std::string dialect) && {
     if (!hasTime_[i]) {
       return invalid(fmt::format("node {} has no time", tags_[i]), placeText_(places_[i]));
     }
-    if (auto added = mesh_.addVertex(points_[i], places_[i]); !added) return pass(added.error());
+    if (auto added = mesh_.addVertex(points_[i], places_[i]); !added) return added.error();
   }
   for (const auto& [corners, volume, place] : cells_) {
-    if (auto added = mesh_.addCell(corners, volume, place); !added) return pass(added.error());
+    if (auto added = mesh_.addCell(corners, volume, place); !added) return added.error();
   }
   std::map<std::int64_t, std::string> names;
   for (const auto& [volume, group] : groupOf_) {

@@ -37,7 +37,7 @@ class GmshReader {
         done = readNodeData();
       }
       if (done) done = skipTo("$End" + std::string(section.substr(1)));
-      if (!done) return pass(done.error());
+      if (!done) return done.error();
     }
     return std::move(mesh_).finish("MSH 4.1, text");
   }
@@ -57,10 +57,10 @@ class GmshReader {
 
   template <std::size_t N>
   Result<std::array<std::int64_t, N>> numbers(const char* what) {
-    if (auto found = nextLine(what); !found) return pass(found.error());
+    if (auto found = nextLine(what); !found) return found.error();
     std::array<std::int64_t, N> values{};
     for (std::int64_t& value : values) {
-      if (!text_.integer(value, what)) return pass(text_.error());
+      if (!text_.integer(value, what)) return text_.error();
     }
     return values;
   }
@@ -86,18 +86,18 @@ class GmshReader {
           text_.where());
     }
     std::int64_t binary = 0;
-    if (!text_.integer(binary, "0 for text")) return pass(text_.error());
+    if (!text_.integer(binary, "0 for text")) return text_.error();
     if (binary != 0) return text_.unexpectedWord(fmt::format("{}", binary), "0 for text");
     return {};
   }
 
   Result<void> readPhysicalNames() {
     const auto count = numbers<1>("the number of physical names");
-    if (!count) return pass(count.error());
+    if (!count) return count.error();
     if (auto good = checkCount((*count)[0], 6, "physical names"); !good) return good;
     for (std::int64_t i = 0; i < (*count)[0]; ++i) {
       const auto group = numbers<2>("a dimension and a tag");
-      if (!group) return pass(group.error());
+      if (!group) return group.error();
       std::string_view name = text_.rest();
       if (name.size() >= 2 && name.starts_with('"') && name.ends_with('"')) {
         name = name.substr(1, name.size() - 2);
@@ -110,7 +110,7 @@ class GmshReader {
   /// Only volumes matter; they come after points, curves and surfaces.
   Result<void> readEntities() {
     const auto counts = numbers<4>("the numbers of points, curves, surfaces and volumes");
-    if (!counts) return pass(counts.error());
+    if (!counts) return counts.error();
     for (int dimension = 0; dimension < 4; ++dimension) {
       const std::int64_t count = (*counts)[dimension];
       if (auto good = checkCount(count, 8, "entities"); !good) return good;
@@ -119,14 +119,14 @@ class GmshReader {
         if (dimension < 3) continue;
         std::int64_t tag = 0;
         std::int64_t groups = 0;
-        if (!text_.integer(tag, "a tag")) return pass(text_.error());
+        if (!text_.integer(tag, "a tag")) return text_.error();
         for (int k = 0; k < 6; ++k) {
           double bound = 0;
-          if (!text_.number(bound, "a bound")) return pass(text_.error());
+          if (!text_.number(bound, "a bound")) return text_.error();
         }
-        if (!text_.integer(groups, "the number of physical tags")) return pass(text_.error());
+        if (!text_.integer(groups, "the number of physical tags")) return text_.error();
         std::int64_t group = 0;
-        if (groups > 0 && !text_.integer(group, "a physical tag")) return pass(text_.error());
+        if (groups > 0 && !text_.integer(group, "a physical tag")) return text_.error();
         if (groups > 0) mesh_.setGroup(tag, group);
       }
     }
@@ -135,16 +135,16 @@ class GmshReader {
 
   Result<void> readNodes() {
     const auto head = numbers<4>("the numbers of blocks and nodes");
-    if (!head) return pass(head.error());
+    if (!head) return head.error();
     if (auto good = checkCount((*head)[0], 8, "blocks"); !good) return good;
     for (std::int64_t block = 0; block < (*head)[0]; ++block) {
       const auto about = numbers<4>("a block of nodes");
-      if (!about) return pass(about.error());
+      if (!about) return about.error();
       const std::int64_t count = (*about)[3];
       if (auto good = checkCount(count, 8, "nodes"); !good) return good;
       for (std::int64_t i = 0; i < count; ++i) {
         const auto tag = numbers<1>("the tag of a node");
-        if (!tag) return pass(tag.error());
+        if (!tag) return tag.error();
         if (!mesh_.addTag((*tag)[0])) {
           return text_.invalidHere(fmt::format("a second node has the tag {}", (*tag)[0]));
         }
@@ -153,7 +153,7 @@ class GmshReader {
         if (auto found = nextLine("the coordinates of a node"); !found) return found;
         model::Point3 point;
         for (int axis = 0; axis < 3; ++axis) {
-          if (!text_.number(point[axis], "a coordinate")) return pass(text_.error());
+          if (!text_.number(point[axis], "a coordinate")) return text_.error();
         }
         mesh_.addPoint(point, text_.line());
       }
@@ -168,11 +168,11 @@ class GmshReader {
 
   Result<void> readElements() {
     const auto head = numbers<4>("the numbers of blocks and elements");
-    if (!head) return pass(head.error());
+    if (!head) return head.error();
     if (auto good = checkCount((*head)[0], 8, "blocks"); !good) return good;
     for (std::int64_t block = 0; block < (*head)[0]; ++block) {
       const auto about = numbers<4>("a block of elements");
-      if (!about) return pass(about.error());
+      if (!about) return about.error();
       const auto& [dimension, entity, type, count] = *about;
       if (auto good = checkCount(count, 4, "elements"); !good) return good;
       if (dimension == 3 && type != kTetrahedron4 && count > 0) {
@@ -185,12 +185,12 @@ class GmshReader {
         if (auto found = nextLine("an element"); !found) return found;
         if (dimension != 3) continue;
         std::int64_t tag = 0;
-        if (!text_.integer(tag, "the tag of an element")) return pass(text_.error());
+        if (!text_.integer(tag, "the tag of an element")) return text_.error();
         std::array<std::uint64_t, 4> corners{};
         for (std::uint64_t& corner : corners) {
-          if (!text_.integer(tag, "the tag of a node")) return pass(text_.error());
+          if (!text_.integer(tag, "the tag of a node")) return text_.error();
           const auto node = nodeOf(tag);
-          if (!node) return pass(node.error());
+          if (!node) return node.error();
           corner = *node;
         }
         mesh_.addTetrahedron(corners, entity, text_.line());
@@ -201,7 +201,7 @@ class GmshReader {
 
   Result<void> readNodeData() {
     const auto strings = numbers<1>("the number of string tags");
-    if (!strings) return pass(strings.error());
+    if (!strings) return strings.error();
     std::string name;
     for (std::int64_t i = 0; i < (*strings)[0]; ++i) {
       if (auto found = nextLine("a string tag"); !found) return found;
@@ -209,16 +209,16 @@ class GmshReader {
     }
     if (!mesh_.isTime(name)) return {};
     const auto reals = numbers<1>("the number of real tags");
-    if (!reals) return pass(reals.error());
+    if (!reals) return reals.error();
     for (std::int64_t i = 0; i < (*reals)[0]; ++i) {
       if (auto found = nextLine("a real tag"); !found) return found;
     }
     const auto integers = numbers<1>("the number of integer tags");
-    if (!integers) return pass(integers.error());
+    if (!integers) return integers.error();
     std::array<std::int64_t, 3> about{};  // step, components, nodes
     for (std::int64_t i = 0; i < (*integers)[0]; ++i) {
       const auto value = numbers<1>("an integer tag");
-      if (!value) return pass(value.error());
+      if (!value) return value.error();
       if (i < 3) about[static_cast<std::size_t>(i)] = (*value)[0];
     }
     if (about[1] != 1) {
@@ -227,11 +227,11 @@ class GmshReader {
     if (!mesh_.beginTimes()) return text_.invalidHere("has the time a second time");
     for (std::int64_t i = 0; i < about[2]; ++i) {
       const auto tag = numbers<1>("the tag of a node and its time");
-      if (!tag) return pass(tag.error());
+      if (!tag) return tag.error();
       const auto node = nodeOf((*tag)[0]);
-      if (!node) return pass(node.error());
+      if (!node) return node.error();
       double time = 0;
-      if (!text_.number(time, "a time")) return pass(text_.error());
+      if (!text_.number(time, "a time")) return text_.error();
       mesh_.setTime(*node, time);
     }
     return {};

@@ -6,9 +6,9 @@
 namespace t4d::formats {
 Result<void> writeGmsh(const std::filesystem::path& path, const FlatBodies& mesh) {
   const auto bounds = gmshBounds(mesh);
-  if (!bounds) return pass(bounds.error());
+  if (!bounds) return bounds.error();
   auto text = TextOutput::create(path);
-  if (!text) return pass(text.error());
+  if (!text) return text.error();
   const auto bodies = mesh.bodies();
   text->add("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n{}\n", bodies.size());
   for (std::size_t i = 0; i < bodies.size(); ++i) {

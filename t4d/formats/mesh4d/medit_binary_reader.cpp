@@ -47,7 +47,7 @@ class MeditBinaryReader {
   Result<LoadedMesh4d> read() {
     for (bool more = true; more;) {
       auto found = readKeyword();
-      if (!found) return pass(found.error());
+      if (!found) return found.error();
       more = *found;
     }
     if (!dimension_) return bytes_.invalidHere("has no dimension");
@@ -73,12 +73,12 @@ class MeditBinaryReader {
   Result<bool> readKeyword() {
     const std::size_t begin = bytes_.at();
     const auto keyword = bytes_.number<std::int32_t>("a keyword, or End (54)");
-    if (!keyword) return pass(keyword.error());
+    if (!keyword) return keyword.error();
     // Some writers put no offset after it.
     if (*keyword == kMeditEnd) return false;
     const auto next = hasWidePositions() ? bytes_.number<std::int64_t>("the offset of a keyword")
                                          : narrowPosition();
-    if (!next) return pass(next.error());
+    if (!next) return next.error();
     if (*next <= static_cast<std::int64_t>(bytes_.at()) ||
         *next > static_cast<std::int64_t>(file_.bytes.size())) {
       return invalid(fmt::format("the keyword {} is followed by one at byte {}, expected {} to {}",
@@ -96,7 +96,7 @@ class MeditBinaryReader {
       done = noteLoss(*keyword);
       bytes_.goTo(static_cast<std::size_t>(*next));
     }
-    if (!done) return pass(done.error());
+    if (!done) return done.error();
     if (bytes_.at() != static_cast<std::size_t>(*next)) {
       return bytes_.invalidHere(
           fmt::format("the elements of keyword {} end here, but the next keyword is at byte {}",
@@ -107,13 +107,13 @@ class MeditBinaryReader {
 
   Result<std::int64_t> narrowPosition() {
     const auto position = bytes_.number<std::uint32_t>("the offset of a keyword");
-    if (!position) return pass(position.error());
+    if (!position) return position.error();
     return std::int64_t{*position};
   }
 
   Result<void> readDimension() {
     const auto dimension = bytes_.number<std::int32_t>("the dimension, 4");
-    if (!dimension) return pass(dimension.error());
+    if (!dimension) return dimension.error();
     if (*dimension != 4) {
       return fail(ErrorCode::Unsupported,
                   fmt::format("is a mesh of dimension {}, expected 4", *dimension),
@@ -125,7 +125,7 @@ class MeditBinaryReader {
 
   Result<std::uint64_t> readCount() {
     if (auto good = bytes_.checkLeft(1, integerBytes(), "a count"); !good) {
-      return pass(good.error());
+      return good.error();
     }
     const std::int64_t count = nextInteger();
     if (count >= 0) return static_cast<std::uint64_t>(count);
@@ -137,7 +137,7 @@ class MeditBinaryReader {
     const auto* other = std::ranges::find(kOtherElements, keyword, &OtherElements::keyword);
     if (other == kOtherElements.end()) return {};
     const auto count = readCount();
-    if (!count) return pass(count.error());
+    if (!count) return count.error();
     if (*count > 0) {
       losses_.push_back(
           fmt::format("{}: '{}' '{}' are not read", file_.path.string(), *count, other->name));
@@ -148,7 +148,7 @@ class MeditBinaryReader {
   Result<void> readVertices() {
     if (!dimension_) return bytes_.invalidHere("vertices come before the dimension");
     const auto count = readCount();
-    if (!count) return pass(count.error());
+    if (!count) return count.error();
     const std::size_t each = 4 * (hasDoubles() ? 8 : 4) + integerBytes();
     if (auto good = bytes_.checkCount(*count, each, "vertices"); !good) return good;
     for (std::uint64_t i = 0; i < *count; ++i) {
@@ -165,7 +165,7 @@ class MeditBinaryReader {
 
   Result<void> readTetrahedra() {
     const auto count = readCount();
-    if (!count) return pass(count.error());
+    if (!count) return count.error();
     if (auto good = bytes_.checkCount(*count, 5 * integerBytes(), "tetrahedra"); !good) return good;
     for (std::uint64_t i = 0; i < *count; ++i) {
       const std::size_t place = bytes_.at();

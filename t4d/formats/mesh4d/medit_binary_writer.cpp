@@ -58,7 +58,7 @@ Result<void> writeMeditElements(BinaryOutput& file, const FlatBodies& mesh) {
 Result<void> writeMeditBinary(const std::filesystem::path& path, const FlatBodies& mesh) {
   constexpr std::uint64_t kMost = std::numeric_limits<std::int32_t>::max();
   auto file = BinaryOutput::create(path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   auto done = mesh.vertexCount() < kMost && mesh.cellCount() < kMost
                   ? writeMeditElements<std::int32_t>(*file, mesh)
                   : writeMeditElements<std::int64_t>(*file, mesh);

@@ -30,7 +30,7 @@ class MeditReader {
     text_.wordAcrossLines();
     std::int64_t version = 0;
     if (!text_.parse(text_.wordAcrossLines(), version, "the version, 1 to 4")) {
-      return pass(text_.error());
+      return text_.error();
     }
     if (version < 1 || version > 4) {
       return fail(ErrorCode::Unsupported,
@@ -39,7 +39,7 @@ class MeditReader {
     std::string_view keyword = text_.wordAcrossLines();
     while (!keyword.empty() && keyword != "End") {
       const auto next = readSection(keyword);
-      if (!next) return pass(next.error());
+      if (!next) return next.error();
       keyword = *next;
     }
     if (!dimension_) return text_.invalidHere("has no 'Dimension'");
@@ -54,11 +54,11 @@ class MeditReader {
   /// Reads the section and returns the keyword after it; empty at the end.
   Result<std::string_view> readSection(std::string_view keyword) {
     if (keyword == "Dimension") {
-      if (auto done = readDimension(); !done) return pass(done.error());
+      if (auto done = readDimension(); !done) return done.error();
     } else if (keyword == "Vertices") {
-      if (auto done = readVertices(); !done) return pass(done.error());
+      if (auto done = readVertices(); !done) return done.error();
     } else if (keyword == "Tetrahedra") {
-      if (auto done = readTetrahedra(); !done) return pass(done.error());
+      if (auto done = readTetrahedra(); !done) return done.error();
     } else {
       return skip(keyword);
     }
@@ -90,7 +90,7 @@ class MeditReader {
   Result<void> readDimension() {
     std::int64_t dimension = 0;
     if (!text_.parse(text_.wordAcrossLines(), dimension, "the dimension, 4")) {
-      return pass(text_.error());
+      return text_.error();
     }
     if (dimension != 4) {
       return fail(ErrorCode::Unsupported,
@@ -102,7 +102,7 @@ class MeditReader {
 
   Result<std::int64_t> readCount(const char* what) {
     std::int64_t count = 0;
-    if (!text_.parse(text_.wordAcrossLines(), count, what)) return pass(text_.error());
+    if (!text_.parse(text_.wordAcrossLines(), count, what)) return text_.error();
     if (count < 0 ||
         static_cast<std::uint64_t>(count) > text_.bytesLeft() / kShortestMeditElement + 1) {
       return text_.invalidHere(fmt::format("{} is {}, which the {} bytes that follow cannot hold",
@@ -114,17 +114,17 @@ class MeditReader {
   Result<void> readVertices() {
     if (!dimension_) return text_.invalidHere("'Vertices' comes before 'Dimension'");
     const auto count = readCount("the number of vertices");
-    if (!count) return pass(count.error());
+    if (!count) return count.error();
     for (std::int64_t i = 0; i < *count; ++i) {
       model::Point4 vertex;
       for (double& coordinate : vertex) {
         if (!text_.parse(text_.wordAcrossLines(), coordinate, "a coordinate")) {
-          return pass(text_.error());
+          return text_.error();
         }
       }
       std::int64_t reference = 0;
       if (!text_.parse(text_.wordAcrossLines(), reference, "the reference of a vertex")) {
-        return pass(text_.error());
+        return text_.error();
       }
       if (auto added = mesh_.addVertex(vertex, text_.line()); !added) return added;
     }
@@ -133,13 +133,13 @@ class MeditReader {
 
   Result<void> readTetrahedra() {
     const auto count = readCount("the number of tetrahedra");
-    if (!count) return pass(count.error());
+    if (!count) return count.error();
     for (std::int64_t i = 0; i < *count; ++i) {
       std::array<std::uint64_t, 4> corners{};
       for (std::uint64_t& corner : corners) {
         std::int64_t number = 0;
         if (!text_.parse(text_.wordAcrossLines(), number, "the number of a vertex")) {
-          return pass(text_.error());
+          return text_.error();
         }
         if (number < 1) {
           return text_.invalidHere(fmt::format("found vertex {}, expected 1 or more", number));
@@ -148,7 +148,7 @@ class MeditReader {
       }
       std::int64_t reference = 0;
       if (!text_.parse(text_.wordAcrossLines(), reference, "the reference of a tetrahedron")) {
-        return pass(text_.error());
+        return text_.error();
       }
       if (auto added = mesh_.addCell(corners, reference, text_.line()); !added) return added;
     }

@@ -6,7 +6,7 @@ namespace t4d::formats {
 
 Result<void> writeMedit(const std::filesystem::path& path, const FlatBodies& mesh) {
   auto text = TextOutput::create(path);
-  if (!text) return pass(text.error());
+  if (!text) return text.error();
   text->add(
       "MeshVersionFormatted 2\n# written by t4d: the fourth coordinate is time\nDimension 4\n");
   text->add("Vertices\n{}\n", mesh.vertexCount());

@@ -182,7 +182,7 @@ std::vector<Mesh4d> Mesh4dBuilder::split(const std::vector<std::int64_t>& parts,
 }
 
 Result<LoadedMesh4d> Mesh4dBuilder::finish(const std::map<std::int64_t, std::string>& names) && {
-  if (auto good = checkCorners(); !good) return pass(good.error());
+  if (auto good = checkCorners(); !good) return good.error();
   if (cells_.empty()) return invalid("holds no tetrahedra", file_);
   LoadedMesh4d loaded;
   if (!droppedCells_.empty()) {

@@ -167,7 +167,7 @@ const Mesh4dFormat* formatOf(const InputFile& file) {
   return nullptr;
 }
 
-tl::unexpected<Error> unknownFormat(const InputFile& file) {
+Error unknownFormat(const InputFile& file) {
   const std::string extension = lowerCaseExtension(file.path);
   std::vector<std::string> expected;
   for (const Mesh4dFormat& format : table()) {
@@ -229,7 +229,7 @@ std::string writableMesh4dExtensions() {
 Result<LoadedMesh4d> readMesh4d(const std::filesystem::path& path, const Mesh4dFormat* format,
                                 const Mesh4dFormat*& found) {
   const auto file = readInputFile(path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   found = format != nullptr ? format : formatOf(*file);
   if (found == nullptr) return unknownFormat(*file);
   try {

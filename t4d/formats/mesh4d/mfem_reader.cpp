@@ -54,11 +54,11 @@ class MfemReader {
       } else {
         return text_.unexpectedWord(word, "'elements', 'boundary' or 'vertices'");
       }
-      if (!done) return pass(done.error());
+      if (!done) return done.error();
     }
     const bool made = boundaryCount_ == 0;
     if (made) {
-      if (auto done = addBoundaryOfElements(); !done) return pass(done.error());
+      if (auto done = addBoundaryOfElements(); !done) return done.error();
     }
     auto loaded = std::move(mesh_).finish();
     if (!loaded) return loaded;
@@ -76,7 +76,7 @@ class MfemReader {
   Result<void> readDimension() {
     std::int64_t dimension = 0;
     if (!text_.parse(text_.wordAcrossLines(), dimension, "the dimension, 4")) {
-      return pass(text_.error());
+      return text_.error();
     }
     if (dimension == 4) return {};
     return fail(ErrorCode::Unsupported,
@@ -85,7 +85,7 @@ class MfemReader {
 
   Result<std::int64_t> readCount(const char* what) {
     std::int64_t count = 0;
-    if (!text_.parse(text_.wordAcrossLines(), count, what)) return pass(text_.error());
+    if (!text_.parse(text_.wordAcrossLines(), count, what)) return text_.error();
     if (count < 0 ||
         static_cast<std::uint64_t>(count) > text_.bytesLeft() / kShortestMfemLine + 1) {
       return text_.invalidHere(fmt::format("{} is {}, which the {} bytes that follow cannot hold",
@@ -96,7 +96,7 @@ class MfemReader {
 
   Result<void> readElements(std::int64_t geometry, const char* what) {
     const auto count = readCount("the number of elements");
-    if (!count) return pass(count.error());
+    if (!count) return count.error();
     for (std::int64_t i = 0; i < *count; ++i) {
       if (!text_.nextLine()) {
         return text_.invalidHere(fmt::format("the file ends after {} of {} {}", i, *count, what));
@@ -104,7 +104,7 @@ class MfemReader {
       std::int64_t attribute = 0;
       std::int64_t found = 0;
       if (!text_.integer(attribute, "an attribute") || !text_.integer(found, "a geometry")) {
-        return pass(text_.error());
+        return text_.error();
       }
       if (found != geometry) {
         return fail(ErrorCode::Unsupported,
@@ -116,7 +116,7 @@ class MfemReader {
       const std::size_t size = geometry == kPentatope ? 5 : 4;
       for (std::size_t k = 0; k < size; ++k) {
         std::int64_t number = 0;
-        if (!text_.integer(number, "the number of a vertex")) return pass(text_.error());
+        if (!text_.integer(number, "the number of a vertex")) return text_.error();
         if (number < 0) {
           return text_.invalidHere(fmt::format("found vertex {}, expected 0 or more", number));
         }
@@ -136,14 +136,14 @@ class MfemReader {
 
   Result<void> readVertices() {
     const auto count = readCount("the number of vertices");
-    if (!count) return pass(count.error());
+    if (!count) return count.error();
     const std::string_view word = text_.wordAcrossLines();
     if (word == "nodes") {
       return fail(ErrorCode::Unsupported, "has curved elements ('nodes'), which are not supported",
                   text_.where());
     }
     std::int64_t dimension = 0;
-    if (!text_.parse(word, dimension, "the number of coordinates, 4")) return pass(text_.error());
+    if (!text_.parse(word, dimension, "the number of coordinates, 4")) return text_.error();
     if (dimension != 4) {
       return text_.invalidHere(
           fmt::format("has vertices of {} coordinates, expected 4", dimension));
@@ -152,7 +152,7 @@ class MfemReader {
       model::Point4 vertex;
       for (double& coordinate : vertex) {
         if (!text_.parse(text_.wordAcrossLines(), coordinate, "a coordinate")) {
-          return pass(text_.error());
+          return text_.error();
         }
       }
       if (auto added = mesh_.addVertex(vertex, text_.line()); !added) return added;

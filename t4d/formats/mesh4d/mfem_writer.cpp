@@ -6,7 +6,7 @@ namespace t4d::formats {
 
 Result<void> writeMfem(const std::filesystem::path& path, const FlatBodies& mesh) {
   auto text = TextOutput::create(path);
-  if (!text) return pass(text.error());
+  if (!text) return text.error();
   text->add(
       "MFEM mesh v1.0\n\n# written by t4d: the fourth coordinate is time\n\n"
       "dimension\n4\n\nelements\n0\n\nboundary\n{}\n",

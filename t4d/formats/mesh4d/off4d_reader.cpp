@@ -54,7 +54,7 @@ class OffScanner {
     std::size_t i = 0;
     for (const char* name : names) {
       std::int64_t& count = counts_[i++];
-      if (!text_.integer(count, name)) return pass(text_.error());
+      if (!text_.integer(count, name)) return text_.error();
       const bool counted = std::string_view(name) != "the number of edges";
       if (count < 0 ||
           (counted && static_cast<std::uint64_t>(count) > text_.bytesLeft() / kShortestLine + 1)) {
@@ -73,7 +73,7 @@ class OffScanner {
       Point4 point;
       for (double& coordinate : point) {
         if (!text_.number(coordinate, "a coordinate (a vertex has four)")) {
-          return pass(text_.error());
+          return text_.error();
         }
       }
       if (auto added = mesh_.addVertex(point, text_.line()); !added) return added;
@@ -86,11 +86,11 @@ class OffScanner {
                         const char* ofWhat, std::int64_t limit, std::vector<std::uint32_t>& into) {
     if (auto found = nextLine(index, count, what); !found) return found;
     std::int64_t size = 0;
-    if (!text_.integer(size, "the number of corners")) return pass(text_.error());
+    if (!text_.integer(size, "the number of corners")) return text_.error();
     into.clear();
     for (std::int64_t i = 0; i < size; ++i) {
       std::int64_t number = 0;
-      if (!text_.integer(number, ofWhat)) return pass(text_.error());
+      if (!text_.integer(number, ofWhat)) return text_.error();
       if (number < 0 || number >= limit) {
         return text_.invalidHere(
             fmt::format("found {}, expected {} from 0 to {}", number, ofWhat, limit - 1));
@@ -175,14 +175,14 @@ Result<LoadedMesh4d> readStellaOff(const InputFile& file) {
   if (auto done = off.readCounts({"the number of vertices", "the number of faces",
                                   "the number of edges", "the number of cells"});
       !done) {
-    return pass(done.error());
+    return done.error();
   }
-  if (auto done = off.readVertices(off.count(0)); !done) return pass(done.error());
+  if (auto done = off.readVertices(off.count(0)); !done) return done.error();
   Faces faces;
   std::vector<std::uint32_t> list;
   for (std::int64_t i = 0; i < off.count(1); ++i) {
     if (auto done = off.readList(i, off.count(1), "faces", "a vertex", off.count(0), list); !done) {
-      return pass(done.error());
+      return done.error();
     }
     if (list.size() < 3) return off.text().invalidHere("a face has fewer than 3 corners");
     faces.corners.insert(faces.corners.end(), list.begin(), list.end());
@@ -193,7 +193,7 @@ Result<LoadedMesh4d> readStellaOff(const InputFile& file) {
   std::vector<std::span<const std::uint32_t>> ofCell;
   for (std::int64_t i = 0; i < off.count(3); ++i) {
     if (auto done = off.readList(i, off.count(3), "cells", "a face", off.count(1), list); !done) {
-      return pass(done.error());
+      return done.error();
     }
     if (list.size() < 4) return off.text().invalidHere("a cell has fewer than 4 faces");
     ofCell.clear();
@@ -214,9 +214,9 @@ Result<LoadedMesh4d> readStellaOff(const InputFile& file) {
       ++split;
       pullPolyhedron(ofCell, add);
     }
-    if (!added) return pass(added.error());
+    if (!added) return added.error();
   }
-  if (auto done = off.end("the cells"); !done) return pass(done.error());
+  if (auto done = off.end("the cells"); !done) return done.error();
   auto loaded = std::move(off.mesh()).finish();
   if (!loaded) return loaded;
   loaded->dialect = "Stella";
@@ -232,15 +232,15 @@ Result<LoadedMesh4d> readIjkOff(const InputFile& file) {
   if (auto done = off.readCounts(
           {"the number of vertices", "the number of tetrahedra", "the number of edges"});
       !done) {
-    return pass(done.error());
+    return done.error();
   }
-  if (auto done = off.readVertices(off.count(0)); !done) return pass(done.error());
+  if (auto done = off.readVertices(off.count(0)); !done) return done.error();
   std::vector<std::uint32_t> list;
   bool flat = off.count(1) > 0;
   for (std::int64_t i = 0; i < off.count(1); ++i) {
     if (auto done = off.readList(i, off.count(1), "tetrahedra", "a vertex", off.count(0), list);
         !done) {
-      return pass(done.error());
+      return done.error();
     }
     if (list.size() != 4) {
       return fail(ErrorCode::Unsupported,
@@ -252,7 +252,7 @@ Result<LoadedMesh4d> readIjkOff(const InputFile& file) {
     }
     if (auto added = off.mesh().addCell({list[0], list[1], list[2], list[3]}, 0, off.text().line());
         !added) {
-      return pass(added.error());
+      return added.error();
     }
     if (flat) {
       const auto at = [&](int corner) { return off.mesh().vertices()[list[corner]]; };
@@ -262,7 +262,7 @@ Result<LoadedMesh4d> readIjkOff(const InputFile& file) {
       flat = (edges.transpose() * edges).determinant() <= 1e-12;
     }
   }
-  if (auto done = off.end("the tetrahedra"); !done) return pass(done.error());
+  if (auto done = off.end("the tetrahedra"); !done) return done.error();
   if (flat) {
     return fail(ErrorCode::Unsupported,
                 "all elements are flat: this is Geomview's OFF, which has polygons and homogeneous "

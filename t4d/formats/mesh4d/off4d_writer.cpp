@@ -36,7 +36,7 @@ Result<Skeleton> skeletonOf(const FlatBodies& mesh) {
     }
     return {};
   });
-  if (!done) return pass(done.error());
+  if (!done) return done.error();
   sortUnique(skeleton.triangles);
   std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
   edges.reserve(3 * skeleton.triangles.size());
@@ -69,10 +69,10 @@ Result<void> addTriangles(TextOutput& text, const std::vector<Triangle>& triangl
 
 Result<void> writeStellaOff(const std::filesystem::path& path, const FlatBodies& mesh) {
   const auto skeleton = skeletonOf(mesh);
-  if (!skeleton) return pass(skeleton.error());
+  if (!skeleton) return skeleton.error();
   const auto& triangles = skeleton->triangles;
   auto text = TextOutput::create(path);
-  if (!text) return pass(text.error());
+  if (!text) return text.error();
   text->add("4OFF\n# written by t4d: vertices, faces, edges, cells\n{} {} {} {}\n\n# Vertices\n",
             mesh.vertexCount(), triangles.size(), skeleton->edges, mesh.cellCount());
   if (auto done = addVertices(*text, mesh); !done) return done;
@@ -96,7 +96,7 @@ Result<void> writeStellaOff(const std::filesystem::path& path, const FlatBodies&
 
 Result<void> writeIjkOff(const std::filesystem::path& path, const FlatBodies& mesh) {
   auto text = TextOutput::create(path);
-  if (!text) return pass(text.error());
+  if (!text) return text.error();
   text->add("4OFF\n# written by t4d: vertices, tetrahedra\n{} {} 0\n", mesh.vertexCount(),
             mesh.cellCount());
   if (auto done = addVertices(*text, mesh); !done) return done;
@@ -110,9 +110,9 @@ Result<void> writeIjkOff(const std::filesystem::path& path, const FlatBodies& me
 
 Result<void> writeGeomviewOff(const std::filesystem::path& path, const FlatBodies& mesh) {
   const auto skeleton = skeletonOf(mesh);
-  if (!skeleton) return pass(skeleton.error());
+  if (!skeleton) return skeleton.error();
   auto text = TextOutput::create(path);
-  if (!text) return pass(text.error());
+  if (!text) return text.error();
   text->add("nOFF\n4\n{} {} {}\n", mesh.vertexCount(), skeleton->triangles.size(), skeleton->edges);
   if (auto done = addVertices(*text, mesh); !done) return done;
   if (auto done = addTriangles(*text, skeleton->triangles); !done) return done;

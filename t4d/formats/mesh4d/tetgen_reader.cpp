@@ -24,9 +24,9 @@ class TetGenReader {
               [&](auto line) { return (inElements_ ? elements : nodes).atLine(line); }) {}
 
   Result<LoadedMesh4d> read() {
-    if (auto done = readNodes(); !done) return pass(done.error());
+    if (auto done = readNodes(); !done) return done.error();
     inElements_ = true;
-    if (auto done = readElements(); !done) return pass(done.error());
+    if (auto done = readElements(); !done) return done.error();
     return std::move(mesh_).finish();
   }
 
@@ -35,9 +35,9 @@ class TetGenReader {
   static Result<std::array<std::int64_t, 4>> readHead(TextScanner& text, const char* what) {
     std::array<std::int64_t, 4> head{};
     if (!text.nextLine()) return text.invalidHere("the file is empty");
-    if (!text.integer(head[0], what)) return pass(text.error());
+    if (!text.integer(head[0], what)) return text.error();
     for (int i = 1; i < 4 && text.hasWord(); ++i) {
-      if (!text.integer(head[i], "a whole number")) return pass(text.error());
+      if (!text.integer(head[i], "a whole number")) return text.error();
     }
     if (head[0] < 0 ||
         static_cast<std::uint64_t>(head[0]) > text.bytesLeft() / kShortestTetGenLine + 1) {
@@ -53,7 +53,7 @@ class TetGenReader {
       return text.invalidHere(fmt::format("the file ends after {} of {} lines", index, count));
     }
     std::int64_t number = 0;
-    if (!text.integer(number, "the number of the line")) return pass(text.error());
+    if (!text.integer(number, "the number of the line")) return text.error();
     if (&text == &nodes_ && index == 0 && (number == 0 || number == 1)) first_ = number;
     if (number != index + first_) {
       return text.invalidHere(fmt::format("found number {}, expected {}", number, index + first_));
@@ -63,7 +63,7 @@ class TetGenReader {
 
   Result<void> readNodes() {
     const auto head = readHead(nodes_, "the number of points");
-    if (!head) return pass(head.error());
+    if (!head) return head.error();
     if ((*head)[1] != 3 || (*head)[2] != 1) {
       return nodes_.invalidHere(fmt::format(
           "has points of dimension {} with {} attributes, expected 3 and 1: x, y, z and "
@@ -75,7 +75,7 @@ class TetGenReader {
       model::Point4 vertex;
       for (int axis = 0; axis < 4; ++axis) {
         const char* what = axis < 3 ? "a coordinate" : "an attribute, the time";
-        if (!nodes_.number(vertex[axis], what)) return pass(nodes_.error());
+        if (!nodes_.number(vertex[axis], what)) return nodes_.error();
       }
       if (auto added = mesh_.addVertex(vertex, nodes_.line()); !added) return added;
     }
@@ -84,7 +84,7 @@ class TetGenReader {
 
   Result<void> readElements() {
     const auto head = readHead(elements_, "the number of tetrahedra");
-    if (!head) return pass(head.error());
+    if (!head) return head.error();
     if ((*head)[1] != 4) {
       return elements_.invalidHere(fmt::format("has elements of {} nodes, expected 4", (*head)[1]));
     }
@@ -95,7 +95,7 @@ class TetGenReader {
       std::array<std::uint64_t, 4> corners{};
       for (std::uint64_t& corner : corners) {
         std::int64_t number = 0;
-        if (!elements_.integer(number, "the number of a point")) return pass(elements_.error());
+        if (!elements_.integer(number, "the number of a point")) return elements_.error();
         if (number < first_ || static_cast<std::uint64_t>(number - first_) >= mesh_.vertexCount()) {
           return elements_.invalidHere(
               fmt::format("a tetrahedron refers to point {}, but there are {}, numbered from {}",
@@ -105,7 +105,7 @@ class TetGenReader {
       }
       double region = 0;
       if ((*head)[2] > 0 && !elements_.number(region, "an attribute, the region")) {
-        return pass(elements_.error());
+        return elements_.error();
       }
       const auto part = regions.try_emplace(region, regions.size()).first->second;
       if (auto added = mesh_.addCell(corners, part, elements_.line()); !added) return added;
@@ -135,7 +135,7 @@ Result<LoadedMesh4d> readTetGen(const InputFile& file) {
     Error error = other.error();
     error.message += fmt::format("; it has the {} of {}", isElements ? "points" : "tetrahedra",
                                  file.path.string());
-    return pass(std::move(error));
+    return error;
   }
   auto loaded = isElements ? readTetGen(*other, file) : readTetGen(file, *other);
   if (loaded) loaded->otherFiles.push_back(otherPath);

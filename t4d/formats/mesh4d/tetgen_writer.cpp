@@ -14,9 +14,9 @@ Result<void> writeTetGen(const std::filesystem::path& path, const FlatBodies& me
   const std::string companion = (path == nodePath ? elementPath : nodePath).filename().string();
   if (auto good = system::checkReplaceable(path.parent_path(), {&companion, 1}); !good) return good;
   auto nodes = TextOutput::create(nodePath);
-  if (!nodes) return pass(nodes.error());
+  if (!nodes) return nodes.error();
   auto elements = TextOutput::create(elementPath);
-  if (!elements) return pass(elements.error());
+  if (!elements) return elements.error();
   nodes->add("# written by t4d: the attribute is time\n{} 3 1 0\n", mesh.vertexCount());
   std::uint64_t number = 0;
   auto done = mesh.forVertices([&](std::span<const model::Point4> vertices) {

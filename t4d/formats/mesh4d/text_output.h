@@ -17,7 +17,7 @@ class TextOutput {
  public:
   static Result<TextOutput> create(const std::filesystem::path& path) {
     auto file = OutputFile::create(path);
-    if (!file) return pass(file.error());
+    if (!file) return file.error();
     return TextOutput(std::move(*file));
   }
 

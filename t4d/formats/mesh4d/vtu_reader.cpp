@@ -45,11 +45,11 @@ class VtuReader {
   Result<LoadedMesh4d> read() {
     for (const VtkPiece& piece : vtu_.pieces()) {
       const std::size_t first = mesh_.vertexCount();
-      if (auto done = readVertices(piece); !done) return pass(done.error());
-      if (auto done = readCells(piece, first); !done) return pass(done.error());
+      if (auto done = readVertices(piece); !done) return done.error();
+      if (auto done = readCells(piece, first); !done) return done.error();
     }
     auto names = readNames();
-    if (!names) return pass(names.error());
+    if (!names) return names.error();
     mesh_.setAttributes(data_.take(mesh_.vertexCount(), cellCount_));
     auto loaded = std::move(mesh_).finish(*names);
     if (!loaded) return loaded;
@@ -112,9 +112,9 @@ class VtuReader {
     }
     constexpr std::uint32_t kMost = std::numeric_limits<std::uint32_t>::max();
     auto offsets = vtu_.indices(*ends, piece.cells.count, kMost);
-    if (!offsets) return pass(offsets.error());
+    if (!offsets) return offsets.error();
     auto types = vtu_.types(*kinds, piece.cells.count);
-    if (!types) return pass(types.error());
+    if (!types) return types.error();
     if (!std::ranges::is_sorted(*offsets)) return vtu_.wrong(*ends, "goes down");
     std::vector<std::int64_t> bodies;
     const auto isBody = [](const VtkArray& data) {
@@ -123,7 +123,7 @@ class VtuReader {
     for (const VtkArray& data : piece.cellData) {
       if (!isBody(data)) continue;
       auto numbers = vtu_.integers(data, piece.cells.count);
-      if (!numbers) return pass(numbers.error());
+      if (!numbers) return numbers.error();
       bodies = std::move(*numbers);
     }
     const std::size_t before = cellCount_;
@@ -137,7 +137,7 @@ class VtuReader {
       offsets->clear();
       offsets->shrink_to_fit();
       auto cells = vtu_.tetrahedra(*corners, piece.cells.count, points);
-      if (!cells) return pass(cells.error());
+      if (!cells) return cells.error();
       if (arrayNamed(vtu_.fieldData(), kOutwardContours) != nullptr) {
         for (model::Cell& cell : *cells) turnOver(cell);
       }
@@ -147,7 +147,7 @@ class VtuReader {
       return {};
     }
     const auto all = vtu_.indices(*corners, offsets->back(), points);
-    if (!all) return pass(all.error());
+    if (!all) return all.error();
     mesh_.reserve(0, piece.cells.count);
     std::size_t begin = 0;
     std::vector<std::uint32_t> cellOf;  // of each tetrahedron added
@@ -213,7 +213,7 @@ class VtuReader {
         continue;
       }
       const auto text = vtu_.strings(data);
-      if (!text) return pass(text.error());
+      if (!text) return text.error();
       std::string name;
       for (const char c : *text) {
         if (c != 0) {
@@ -244,7 +244,7 @@ bool isVtu(std::string_view begin) {
 
 Result<LoadedMesh4d> readVtu(const InputFile& file) {
   auto vtu = VtkFile::open(file, VtkType::UnstructuredGrid);
-  if (!vtu) return pass(vtu.error());
+  if (!vtu) return vtu.error();
   return VtuReader(file, *vtu).read();
 }
 

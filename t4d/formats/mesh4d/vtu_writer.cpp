@@ -226,10 +226,10 @@ class VtuWriter {
   /// An array that starts here, by its number in the head.
   Result<ArrayOutput> array(std::size_t which, std::uint64_t bytes) {
     if (auto placed = head_.place(file_, which, file_.size() - begin_); !placed) {
-      return pass(placed.error());
+      return placed.error();
     }
     ArrayOutput output(file_, bytes);
-    if (auto begun = output.begin(); !begun) return pass(begun.error());
+    if (auto begun = output.begin(); !begun) return begun.error();
     return output;
   }
 
@@ -238,7 +238,7 @@ class VtuWriter {
     const std::uint64_t rows =
         attribute.domain == model::Domain::Vertex ? mesh_.vertexCount() : mesh_.cellCount();
     auto output = array(attributes_[index], rows * attribute.rowBytes());
-    if (!output) return pass(output.error());
+    if (!output) return output.error();
     auto done = mesh_.forRows(attribute, [&](std::span<const std::byte> bytes) {
       return output->put(bytes.data(), bytes.size());
     });
@@ -250,7 +250,7 @@ class VtuWriter {
     std::vector<double> times;
     times.reserve(mesh_.vertexCount());
     auto points = array(points_, 24 * mesh_.vertexCount());
-    if (!points) return pass(points.error());
+    if (!points) return points.error();
     std::vector<double> some;
     auto done = mesh_.forVertices([&](std::span<const model::Point4> vertices) {
       some.clear();
@@ -263,14 +263,14 @@ class VtuWriter {
     if (done) done = points->finish();
     if (!done) return done;
     auto output = array(times_, 8 * mesh_.vertexCount());
-    if (!output) return pass(output.error());
+    if (!output) return output.error();
     if (done = output->put(times.data(), times.size()); !done) return done;
     return output->finish();
   }
 
   Result<void> writeBodies() {
     auto output = array(bodies_, 4 * mesh_.cellCount());
-    if (!output) return pass(output.error());
+    if (!output) return output.error();
     std::int32_t number = 0;
     for (const CountedBody& body : mesh_.bodies()) {
       for (std::uint64_t i = 0; i < body.tetrahedra; ++i) {
@@ -285,7 +285,7 @@ class VtuWriter {
   Result<void> writeCells() {
     const std::uint64_t count = mesh_.cellCount();
     auto connectivity = array(connectivity_, 4 * sizeof(Index) * count);
-    if (!connectivity) return pass(connectivity.error());
+    if (!connectivity) return connectivity.error();
     std::vector<Index> some;
     auto done = mesh_.forCells([&](std::size_t, std::span<const model::Cell> cells) {
       some.clear();
@@ -300,7 +300,7 @@ class VtuWriter {
     if (!done) return done;
 
     auto offsets = array(offsets_, sizeof(Index) * count);
-    if (!offsets) return pass(offsets.error());
+    if (!offsets) return offsets.error();
     Index end = 0;
     for (std::uint64_t i = 0; i < count; i += FlatBodies::kMostAtOnce) {
       some.resize(std::min<std::uint64_t>(FlatBodies::kMostAtOnce, count - i));
@@ -310,7 +310,7 @@ class VtuWriter {
     if (done = offsets->finish(); !done) return done;
 
     auto types = array(types_, count);
-    if (!types) return pass(types.error());
+    if (!types) return types.error();
     const std::vector<std::uint8_t> same(FlatBodies::kMostAtOnce, kVtkTetrahedron);
     for (std::uint64_t i = 0; i < count; i += same.size()) {
       done = types->put(same.data(), std::min<std::uint64_t>(same.size(), count - i));
@@ -345,7 +345,7 @@ void turnOver(model::Cell& cell) { std::swap(cell[2], cell[3]); }
 
 Result<void> writeVtu(const std::filesystem::path& path, const FlatBodies& mesh) {
   auto file = OutputFile::create(path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   if (auto done = VtuWriter(*file, mesh).write(); !done) return done;
   return file->commit();
 }

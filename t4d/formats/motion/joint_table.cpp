@@ -50,16 +50,16 @@ class JointTableReader {
       : file_(file), timeUnit_(timeUnit), table_(file) {}
 
   Result<JointTable> read() {
-    if (auto begun = table_.begin(hasTime); !begun) return pass(begun.error());
+    if (auto begun = table_.begin(hasTime); !begun) return begun.error();
     if (table_.unnamedColumns() > 0) {
       return table_.invalidHere(fmt::format(
           "found {} numbers, expected a first line with the names of the columns: the time ({}) "
           "and joints",
           table_.unnamedColumns(), kTimeColumns));
     }
-    if (auto found = findColumns(); !found) return pass(found.error());
+    if (auto found = findColumns(); !found) return found.error();
     while (table_.nextRow()) {
-      if (auto added = addRow(); !added) return pass(added.error());
+      if (auto added = addRow(); !added) return added.error();
     }
     made_.times = rows_.times();
     if (made_.times.size() < 2) {
@@ -145,7 +145,7 @@ class JointTableReader {
                                             table_.names()[columns_[i]], values[i]));
     }
     const auto added = rows_.add(table_, time_.at(stamp), values);
-    if (!added) return pass(added.error());
+    if (!added) return added.error();
     if (!*added) return {};
     for (std::size_t i = 0; i < values.size(); ++i) made_.columns[i].values.push_back(values[i]);
     return {};

@@ -91,7 +91,7 @@ class MechanismParser {
     for (std::size_t i = 0; i < bodies_.size(); ++i) readMotion(i);
     for (std::size_t i = 0; i < bodies_.size(); ++i) addLink(i);
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
-      if (auto added = addSolid(i); !added) return pass(added.error());
+      if (auto added = addSolid(i); !added) return added.error();
     }
     if (loaded_.solids.empty()) {
       refuseJson("have no solid, expected one or more", whole.where("bodies"));
@@ -494,7 +494,7 @@ class MechanismParser {
       auto mesh = readSolid(path, solid, loaded_);
       if (!mesh) {
         mesh.error().where = fmt::format("{}: {}", body.where, mesh.error().where);
-        return pass(mesh.error());
+        return mesh.error();
       }
       solid.mesh = std::move(*mesh);
       convertSolid(object, path, solid.mesh);
@@ -600,11 +600,11 @@ Result<model::TriangleMesh> readSolid(const std::filesystem::path& path, Mechani
   const auto read = [&]() -> Result<LoadedMesh> {
     if (lowerCaseExtension(path) != ".dae") return readTriangleMesh(path);
     const auto file = readInputFile(path);
-    if (!file) return pass(file.error());
+    if (!file) return file.error();
     const auto scene = readForeignScene(*file, /*keepAxes=*/true);
-    return scene ? readGltf(scene->glb) : pass(scene.error());
+    return scene ? readGltf(scene->glb) : scene.error();
   }();
-  if (!read) return pass(read.error());
+  if (!read) return read.error();
   for (const std::string& notice : read->notices) {
     into.notices.push_back(fmt::format("body '{}': {}", solid.name, notice));
   }
@@ -642,13 +642,13 @@ std::string noticeOfLimits(const std::string& joint, std::span<const double> tim
 
 Result<LoadedMechanism> readMechanism(const std::filesystem::path& path) {
   auto file = readInputFile(path);
-  return file ? readMechanism(*file) : pass(file.error());
+  return file ? readMechanism(*file) : file.error();
 }
 
 Result<LoadedMechanism> readMechanism(const InputFile& file) {
   const std::string name = file.path.string();
   try {
-    if (auto good = checkJson(file.bytes, name); !good) return pass(good.error());
+    if (auto good = checkJson(file.bytes, name); !good) return good.error();
     const json value = json::parse(file.bytes);
     if (value.is_object() && (value.contains("segments") || value.contains("poses"))) {
       return invalid(
@@ -658,7 +658,7 @@ Result<LoadedMechanism> readMechanism(const InputFile& file) {
     }
     return MechanismParser(file).parse(value);
   } catch (const JsonRefusal& refusal) {
-    return pass(refusal.error);
+    return refusal.error;
   } catch (const json::exception& error) {
     return invalid("is not JSON: " + jsonMessage(error), name);
   }

@@ -145,13 +145,13 @@ class TableReader {
       : file_(file), options_(options), form_(form), table_(file) {}
 
   Result<model::Motion> read() {
-    if (auto done = table_.begin(arePoseColumns); !done) return pass(done.error());
-    if (auto done = nameColumns(); !done) return pass(done.error());
-    if (auto done = findColumns(); !done) return pass(done.error());
-    if (auto done = findRotation(); !done) return pass(done.error());
-    if (auto done = findLengthUnit(); !done) return pass(done.error());
+    if (auto done = table_.begin(arePoseColumns); !done) return done.error();
+    if (auto done = nameColumns(); !done) return done.error();
+    if (auto done = findColumns(); !done) return done.error();
+    if (auto done = findRotation(); !done) return done.error();
+    if (auto done = findLengthUnit(); !done) return done.error();
     while (table_.nextRow()) {
-      if (auto added = addRow(); !added) return pass(added.error());
+      if (auto added = addRow(); !added) return added.error();
     }
     if (form_ != nullptr) *form_ = form();
     auto motion = joinPoses(poses_);
@@ -328,7 +328,7 @@ class TableReader {
     }
     angles_ = rollPitchYaw ? kRollPitchYaw : kRotationVector;
     auto named = unitOf(angles_, angles_ + 3);
-    if (!named) return pass(named.error());
+    if (!named) return named.error();
     const auto colon = options_.angles.find(':');
     const std::string kind = options_.angles.substr(0, colon);
     std::string unit = colon == std::string::npos ? "" : options_.angles.substr(colon + 1);
@@ -372,7 +372,7 @@ class TableReader {
     lengthUnit_ = options_.lengthUnit;
     if (!has(kPosition, kQuaternion)) return {};
     const auto named = unitOf(kPosition, kQuaternion);
-    if (!named) return pass(named.error());
+    if (!named) return named.error();
     if (named->empty()) return {};
     if (lengthUnit_.empty()) lengthUnit_ = *named;
     const auto conversion = model::lengthConversion(*named, lengthUnit_);
@@ -390,7 +390,7 @@ class TableReader {
   /// Adds the pose of this row, or leaves it out if it repeats the one before.
   Result<void> addRow() {
     const auto pose = readPose();
-    if (!pose) return pass(pose.error());
+    if (!pose) return pose.error();
     // Of the two quaternions of a rotation, one.
     Eigen::Vector4d q = pose->quaternion.coeffs();
     const Eigen::Vector4d other = -q;
@@ -398,7 +398,7 @@ class TableReader {
     const model::Point3& p = pose->position;
     const std::array content = {p.x(), p.y(), p.z(), q[0], q[1], q[2], q[3]};
     const auto added = rows_.add(table_, pose->time, content);
-    if (!added) return pass(added.error());
+    if (!added) return added.error();
     if (*added) poses_.push_back(*pose);
     return {};
   }
@@ -406,7 +406,7 @@ class TableReader {
   Result<model::KeyPose> readPose() {
     std::array<double, 2> stamps{};
     const auto time = std::span(stamps).first(time_.columns().size());
-    if (auto read = table_.numbers(time_.columns(), time); !read) return pass(read.error());
+    if (auto read = table_.numbers(time_.columns(), time); !read) return read.error();
     if (poses_.empty()) {
       if (auto chosen = time_.choose(time, options_.timeUnit); !chosen) {
         return table_.invalidHere(chosen.error().message);
@@ -430,12 +430,12 @@ class TableReader {
   }
 
   Result<model::KeyPose> withRotation(model::KeyPose pose) {
-    if (auto done = read<3>(kPosition, pose.position); !done) return pass(done.error());
+    if (auto done = read<3>(kPosition, pose.position); !done) return done.error();
     if (!pose.position.allFinite()) return table_.invalidHere("has a position that is not finite");
     for (double& coordinate : pose.position) coordinate = length_(coordinate);
     if (angles_ != 0) return withAngles(pose);
     Eigen::Vector4d q(0, 0, 0, 1);
-    if (auto done = read<4>(kQuaternion, q); !done) return pass(done.error());
+    if (auto done = read<4>(kQuaternion, q); !done) return done.error();
     if (!(std::abs(q.norm() - 1) <= kRounded)) {
       return table_.invalidHere(fmt::format("a quaternion of length {}, expected 1", q.norm()));
     }
@@ -445,7 +445,7 @@ class TableReader {
 
   Result<model::KeyPose> withAngles(model::KeyPose pose) {
     Eigen::Vector3d angles = Eigen::Vector3d::Zero();
-    if (auto done = read<3>(angles_, angles); !done) return pass(done.error());
+    if (auto done = read<3>(angles_, angles); !done) return done.error();
     if (!angles.allFinite()) return table_.invalidHere("has an angle that is not finite");
     // A vector that turns by more is not one of radians.
     constexpr double kMostRadians = 2 * std::numbers::pi + kRounded;
@@ -464,7 +464,7 @@ class TableReader {
   Result<model::KeyPose> withMatrix(model::KeyPose pose) {
     Eigen::Matrix<double, 16, 1> numbers = Eigen::Matrix<double, 16, 1>::Zero();
     numbers[15] = 1;
-    if (auto done = read<16>(kMatrix, numbers); !done) return pass(done.error());
+    if (auto done = read<16>(kMatrix, numbers); !done) return done.error();
     const Eigen::Matrix4d matrix =
         Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(numbers.data());
     if (matrix.row(3) != Eigen::RowVector4d(0, 0, 0, 1)) {

@@ -83,10 +83,10 @@ Result<model::Motion> motionOf(const json& value, const std::string& name) {
 
 Result<model::Motion> parseMotion(const std::string& text, const std::string& name) try {
   // Of a key that comes twice the parser would keep the last value.
-  if (auto good = checkJson(text, name); !good) return pass(good.error());
+  if (auto good = checkJson(text, name); !good) return good.error();
   return motionOf(json::parse(text), name);
 } catch (const JsonRefusal& refusal) {
-  return pass(refusal.error);
+  return refusal.error;
 } catch (const json::exception& error) {
   return invalid("is not JSON: " + jsonMessage(error), name);
 }
@@ -101,7 +101,7 @@ Result<model::Motion> readMotion(const std::filesystem::path& path, std::string*
                 path.string());
   }
   auto file = readInputFile(path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   if (extension == ".csv" || extension == ".tsv" || extension == ".txt") {
     return readMotionCsv(*file, form, table);
   }

@@ -29,7 +29,7 @@ class SrdfParser {
     XML_SetStartElementHandler(parser_, onStart);
     const auto status =
         XML_Parse(parser_, file_.bytes.data(), static_cast<int>(file_.bytes.size()), 1);
-    if (problem_) return pass(*problem_);
+    if (problem_) return *problem_;
     if (status != XML_STATUS_OK) {
       return invalid(fmt::format("is not XML: {}", XML_ErrorString(XML_GetErrorCode(parser_))),
                      file_.atLine(XML_GetCurrentLineNumber(parser_)));
@@ -80,7 +80,7 @@ class SrdfParser {
 Result<std::vector<std::array<std::string, 2>>> readDisabledCollisions(
     const std::filesystem::path& path) {
   const auto file = readInputFile(path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   return SrdfParser(*file).parse();
 }
 

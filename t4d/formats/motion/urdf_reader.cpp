@@ -139,17 +139,17 @@ class UrdfReader {
 
   Result<LoadedMechanism> read(const InputFile& trajectory) {
     auto tree = XmlTree::read(file_);
-    if (!tree) return pass(tree.error());
+    if (!tree) return tree.error();
     root_ = std::move(*tree);
     loaded_.lengthUnit = "m";
     loaded_.timeUnit = "s";
     for (const auto step : {&UrdfReader::checkRoot, &UrdfReader::readLinks, &UrdfReader::readJoints,
                             &UrdfReader::sortLinks}) {
-      if (auto done = (this->*step)(); !done) return pass(done.error());
+      if (auto done = (this->*step)(); !done) return done.error();
     }
-    if (auto done = readTrajectory(trajectory); !done) return pass(done.error());
-    if (auto done = addLinks(); !done) return pass(done.error());
-    if (auto done = addSolids(); !done) return pass(done.error());
+    if (auto done = readTrajectory(trajectory); !done) return done.error();
+    if (auto done = addLinks(); !done) return done.error();
+    if (auto done = addSolids(); !done) return done.error();
     if (!loaded_.mechanism.span()) {
       return invalid("has no joint that moves", file_.path.string());
     }
@@ -157,7 +157,7 @@ class UrdfReader {
   }
 
  private:
-  tl::unexpected<Error> wrong(const XmlElement& element, const std::string& message) const {
+  Error wrong(const XmlElement& element, const std::string& message) const {
     return invalid(message, file_.atLine(element.line));
   }
 
@@ -194,7 +194,7 @@ class UrdfReader {
     const auto found = element.attributes.find(attribute);
     if (found == element.attributes.end()) return otherwise;
     const auto read = numbers(element, attribute, found->second, 1);
-    if (!read) return pass(read.error());
+    if (!read) return read.error();
     return read->front();
   }
 
@@ -224,7 +224,7 @@ class UrdfReader {
     const auto found = element.attributes.find(attribute);
     if (found == element.attributes.end()) return otherwise;
     const auto read = numbers(element, attribute, found->second, 3);
-    if (!read) return pass(read.error());
+    if (!read) return read.error();
     return Eigen::Vector3d(read->data());
   }
 
@@ -233,9 +233,9 @@ class UrdfReader {
     const XmlElement* origin = parent.child("origin");
     if (origin == nullptr) return Pose();
     const auto xyz = vector(*origin, "xyz", Eigen::Vector3d::Zero());
-    if (!xyz) return pass(xyz.error());
+    if (!xyz) return xyz.error();
     const auto rpy = vector(*origin, "rpy", Eigen::Vector3d::Zero());
-    if (!rpy) return pass(rpy.error());
+    if (!rpy) return rpy.error();
     using Eigen::AngleAxisd;
     const Eigen::Quaterniond turn = AngleAxisd((*rpy)[2], Eigen::Vector3d::UnitZ()) *
                                     AngleAxisd((*rpy)[1], Eigen::Vector3d::UnitY()) *
@@ -247,7 +247,7 @@ class UrdfReader {
     for (const auto& element : root_->children) {
       if (element->name != "link") continue;
       const auto name = nameOf(*element);
-      if (!name) return pass(name.error());
+      if (!name) return name.error();
       if (!linkNumbers_.emplace(*name, links_.size()).second) {
         return wrong(*element, fmt::format("there is a second link {}", inQuotes(*name)));
       }
@@ -280,7 +280,7 @@ class UrdfReader {
       if (element->name != "joint") continue;
       UrdfJoint joint;
       const auto child = readJoint(*element, joint);
-      if (!child) return pass(child.error());
+      if (!child) return child.error();
       if (!jointLinks_.emplace(joint.name, *child).second) {
         return wrong(*element, fmt::format("there is a second joint {}", inQuotes(joint.name)));
       }
@@ -300,7 +300,7 @@ class UrdfReader {
   /// Returns the link that it moves.
   Result<std::size_t> readJoint(const XmlElement& element, UrdfJoint& joint) {
     const auto name = nameOf(element);
-    if (!name) return pass(name.error());
+    if (!name) return name.error();
     joint.name = *name;
     joint.line = element.line;
     const auto type = element.attributes.find("type");
@@ -317,11 +317,11 @@ class UrdfReader {
     const auto child = linkOf(element, "child");
     if (!child) return child;
     const auto origin = originOf(element);
-    if (!origin) return pass(origin.error());
+    if (!origin) return origin.error();
     joint.origin = *origin;
-    if (auto axis = readAxis(element, joint); !axis) return pass(axis.error());
-    if (auto limits = readLimits(element, joint); !limits) return pass(limits.error());
-    if (auto mimic = readMimic(element, joint); !mimic) return pass(mimic.error());
+    if (auto axis = readAxis(element, joint); !axis) return axis.error();
+    if (auto limits = readLimits(element, joint); !limits) return limits.error();
+    if (auto mimic = readMimic(element, joint); !mimic) return mimic.error();
     return child;
   }
 
@@ -329,7 +329,7 @@ class UrdfReader {
     const XmlElement* axis = element.child("axis");
     if (axis == nullptr || !joint.moves()) return {};
     const auto xyz = vector(*axis, "xyz", joint.axis);
-    if (!xyz) return pass(xyz.error());
+    if (!xyz) return xyz.error();
     const double length = xyz->stableNorm();
     if (!(length > 0)) {
       return wrong(*axis, fmt::format("joint {}: the axis has no direction, expected three numbers "
@@ -344,7 +344,7 @@ class UrdfReader {
     const XmlElement* limit = element.child("limit");
     if (limit == nullptr || !joint.moves()) return {};
     const auto velocity = number(*limit, "velocity", joint.velocity);
-    if (!velocity) return pass(velocity.error());
+    if (!velocity) return velocity.error();
     if (*velocity < 0) {
       return wrong(*limit, fmt::format("joint {}: the velocity is {}, expected a number from 0 on",
                                        inQuotes(joint.name), *velocity));
@@ -353,9 +353,9 @@ class UrdfReader {
     if (*velocity > 0) joint.velocity = *velocity;
     if (joint.type == "continuous") return {};
     const auto lower = number(*limit, "lower", 0);
-    if (!lower) return pass(lower.error());
+    if (!lower) return lower.error();
     const auto upper = number(*limit, "upper", 0);
-    if (!upper) return pass(upper.error());
+    if (!upper) return upper.error();
     if (*lower > *upper) {
       return wrong(*limit, fmt::format("joint {}: lower is {}, above upper, {}; exchange them",
                                        inQuotes(joint.name), *lower, *upper));
@@ -372,10 +372,10 @@ class UrdfReader {
     if (name == mimic->attributes.end()) return wrong(*mimic, "<mimic> names no joint");
     joint.mimics = name->second;
     const auto multiplier = number(*mimic, "multiplier", 1);
-    if (!multiplier) return pass(multiplier.error());
+    if (!multiplier) return multiplier.error();
     joint.multiplier = *multiplier;
     const auto offset = number(*mimic, "offset", 0);
-    if (!offset) return pass(offset.error());
+    if (!offset) return offset.error();
     joint.offset = *offset;
     return {};
   }
@@ -411,7 +411,7 @@ class UrdfReader {
   Result<void> readTrajectory(const InputFile& file) {
     const std::filesystem::path& path = file.path;
     const auto table = readJointTable(file, loaded_.timeUnit);
-    if (!table) return pass(table.error());
+    if (!table) return table.error();
     if (!table->notices.empty()) {
       loaded_.notices.push_back(
           fmt::format("{}: {}", path.string(), fmt::join(table->notices, ", ")));
@@ -563,7 +563,7 @@ class UrdfReader {
           if (!motion) {
             motion.error().where =
                 fmt::format("{}: joint {}", file_.atLine(joint.line), inQuotes(joint.name));
-            return pass(motion.error());
+            return motion.error();
           }
           link.motion = std::move(*motion);
         }
@@ -617,7 +617,7 @@ class UrdfReader {
     solid.name = uniqueName(count == 1 ? link.name : fmt::format("{} {}", link.name, count));
     solid.where = file_.atLine(element.line);
     const auto origin = originOf(element);
-    if (!origin) return pass(origin.error());
+    if (!origin) return origin.error();
     solid.place = rest_[index] * *origin;
     const XmlElement* geometry = element.child("geometry");
     if (geometry == nullptr || geometry->children.empty()) {
@@ -625,7 +625,7 @@ class UrdfReader {
                                         inQuotes(link.name)));
     }
     auto mesh = meshOf(*geometry->children.front(), solid);
-    if (!mesh) return pass(mesh.error());
+    if (!mesh) return mesh.error();
     solid.mesh = std::move(*mesh);
     loaded_.solids.push_back(std::move(solid));
     return {};
@@ -648,20 +648,20 @@ class UrdfReader {
   Result<model::TriangleMesh> meshOf(const XmlElement& shape, MechanismSolid& solid) {
     if (shape.name == "box") {
       const auto size = vector(shape, "size", Eigen::Vector3d::Zero());
-      if (!size) return pass(size.error());
+      if (!size) return size.error();
       if (size->minCoeff() >= model::kSmallestExtent) return boxMesh(*size);
       return wrong(shape, "the size of <box> is not above 0 along each axis");
     }
     if (shape.name == "cylinder") {
       const auto radius = sizeOf(shape, "radius");
-      if (!radius) return pass(radius.error());
+      if (!radius) return radius.error();
       const auto length = sizeOf(shape, "length");
-      if (!length) return pass(length.error());
+      if (!length) return length.error();
       return cylinderMesh(*radius, *length);
     }
     if (shape.name == "sphere") {
       const auto radius = sizeOf(shape, "radius");
-      if (!radius) return pass(radius.error());
+      if (!radius) return radius.error();
       return sphereMesh(*radius);
     }
     if (shape.name == "mesh") return fileMesh(shape, solid);
@@ -673,14 +673,14 @@ class UrdfReader {
     const auto name = shape.attributes.find("filename");
     if (name == shape.attributes.end()) return wrong(shape, "<mesh> has no filename");
     const auto path = pathOf(shape, name->second);
-    if (!path) return pass(path.error());
+    if (!path) return path.error();
     auto mesh = readSolid(*path, solid, loaded_);
     if (!mesh) {
       mesh.error().where = fmt::format("{}: {}", file_.atLine(shape.line), mesh.error().where);
       return mesh;
     }
     const auto scale = vector(shape, "scale", Eigen::Vector3d::Ones());
-    if (!scale) return pass(scale.error());
+    if (!scale) return scale.error();
     if (scale->prod() == 0) return wrong(shape, "the scale of <mesh> has a zero");
     for (model::Point3& vertex : mesh->vertices) vertex = vertex.cwiseProduct(*scale);
     if (scale->prod() < 0) {
@@ -737,9 +737,9 @@ Result<LoadedMechanism> readUrdf(const std::filesystem::path& path,
                                  const std::filesystem::path& trajectory,
                                  const UrdfOptions& options) {
   const auto file = readInputFile(path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   const auto table = readInputFile(trajectory);
-  if (!table) return pass(table.error());
+  if (!table) return table.error();
   return readUrdf(*file, *table, options);
 }
 

@@ -280,14 +280,14 @@ Result<void> unpackStored(const PackedArray& array, std::span<const std::byte> s
   }
   if (array.codec == Codec::Zstd) {
     const auto content = decompressed(stored, into.size(), into.size());
-    if (!content) return pass(content.error());
+    if (!content) return content.error();
     transposeBack(*content, array.rowBytes(), into.data());
     return {};
   }
   // A byte for each number, and at most the number itself.
   const std::uint64_t numbers = into.size() / sizeof(std::uint32_t);
   const auto content = decompressed(stored, numbers, numbers + into.size());
-  if (!content) return pass(content.error());
+  if (!content) return content.error();
   if ((content->size() - numbers) % sizeof(std::uint32_t) != 0) {
     return invalid("the numbers of a block that repeat no other are not whole");
   }
@@ -367,7 +367,7 @@ Result<PackedArray> takePacked(PayloadReader& from, const Features& features) {
                                blocks, from.blocksLeft()));
   }
   array.blocks = from.takeBlocks(blocks);
-  if (auto checked = checkBlocks(array); !checked) return pass(checked.error());
+  if (auto checked = checkBlocks(array); !checked) return checked.error();
   return array;
 }
 
@@ -377,7 +377,7 @@ Result<void> unpackBlock(const PackedArray& array, std::size_t block, std::span<
 
 Result<std::vector<std::byte>> unpack(const PackedArray& array) {
   Bytes bytes(array.rows * array.rowBytes());
-  if (auto unpacked = unpack(array, bytes); !unpacked) return pass(unpacked.error());
+  if (auto unpacked = unpack(array, bytes); !unpacked) return unpacked.error();
   return bytes;
 }
 
@@ -401,19 +401,19 @@ Result<void> checkArray(const PackedArray& array, model::ScalarType type, std::u
 
 Result<Array> takeArray(PayloadReader& from, const Features& features) {
   auto packed = takePacked(from, features);
-  if (!packed) return pass(packed.error());
+  if (!packed) return packed.error();
   auto bytes = unpack(*packed);
-  if (!bytes) return pass(bytes.error());
+  if (!bytes) return bytes.error();
   return Array{packed->type, packed->components, packed->rows, std::move(*bytes)};
 }
 
 Result<Array> takeArrayOf(PayloadReader& from, model::ScalarType type, std::uint8_t components,
                           const Features& features) {
   auto packed = takePacked(from, features);
-  if (!packed) return pass(packed.error());
-  if (auto fits = checkArray(*packed, type, components); !fits) return pass(fits.error());
+  if (!packed) return packed.error();
+  if (auto fits = checkArray(*packed, type, components); !fits) return fits.error();
   auto bytes = unpack(*packed);
-  if (!bytes) return pass(bytes.error());
+  if (!bytes) return bytes.error();
   return Array{packed->type, packed->components, packed->rows, std::move(*bytes)};
 }
 

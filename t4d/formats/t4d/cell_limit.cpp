@@ -22,7 +22,7 @@ Result<void> checkCellCount(const std::string& name, std::uint64_t bytes, std::u
                           cells, most, bytes),
               name};
   error.remedy = Remedy::MoreCells;
-  return pass(std::move(error));
+  return error;
 }
 
 }  // namespace t4d::formats

@@ -71,7 +71,7 @@ Result<Attribute> takeAttribute(PayloadReader& from, const Features& features) {
     return invalid("an attribute's name is truncated, or its padding is not zero");
   }
   auto array = takeArray(from, features);
-  if (!array) return pass(array.error());
+  if (!array) return array.error();
   return Attribute{std::string(reinterpret_cast<const char*>(name.data()), name.size()),
                    static_cast<Domain>(domain), array->type, array->components,
                    std::move(array->bytes)};
@@ -79,7 +79,7 @@ Result<Attribute> takeAttribute(PayloadReader& from, const Features& features) {
 
 }  // namespace
 
-tl::unexpected<Error> cutOff(const char* what) {
+Error cutOff(const char* what) {
   return invalid(fmt::format("{} is shorter than its fixed part", what));
 }
 
@@ -189,7 +189,7 @@ Result<std::vector<Attribute>> takeAttributes(PayloadReader& from, std::uint32_t
   std::vector<Attribute> attributes;
   for (std::uint32_t i = 0; i < count; ++i) {
     auto attribute = takeAttribute(from, features);
-    if (!attribute) return pass(attribute.error());
+    if (!attribute) return attribute.error();
     attributes.push_back(std::move(*attribute));
   }
   return attributes;

@@ -13,7 +13,7 @@
 /// Fields that chunks of several types have (SPEC.md).
 namespace t4d::formats {
 
-tl::unexpected<Error> cutOff(const char* what);
+Error cutOff(const char* what);
 
 /// Fails if fields or blocks are left.
 Result<void> checkEnd(const t4d_layout::PayloadReader& from);

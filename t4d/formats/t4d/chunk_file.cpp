@@ -33,13 +33,12 @@ bool hasSignature(std::span<const std::byte> bytes) {
 
 Result<ChunkFile> ChunkFile::open(const std::filesystem::path& pathOrUrl) {
   auto source = openByteSource(pathOrUrl);
-  if (!source) return pass(source.error());
+  if (!source) return source.error();
   return ChunkFile(std::move(*source));
 }
 
-tl::unexpected<Error> ChunkFile::damaged(std::uint64_t offset, const std::string& message,
-                                         ErrorCode code) const {
-  return pass(Error{code, message, fmt::format("{}: byte {}", path(), offset), offset});
+Error ChunkFile::damaged(std::uint64_t offset, const std::string& message, ErrorCode code) const {
+  return Error{code, message, fmt::format("{}: byte {}", path(), offset), offset};
 }
 
 /// Callers have checked `offset` and `bytes` against the file's size.
@@ -52,7 +51,7 @@ Result<std::vector<std::byte>> ChunkFile::read(std::uint64_t offset, std::uint64
     const std::size_t have = data.size();
     data.resize(have + std::min(step, bytes - have));
     auto done = source_->read(offset + have, std::span(data).subspan(have));
-    if (!done) return pass(done.error());
+    if (!done) return done.error();
   } while (data.size() < bytes);
   return data;
 }
@@ -63,7 +62,7 @@ Result<ChunkFile::Header> ChunkFile::readHeader() const {
                                   kFileHeaderBytes + kChunkHeaderBytes));
   }
   auto bytes = read(0, kFileHeaderBytes);
-  if (!bytes) return pass(bytes.error());
+  if (!bytes) return bytes.error();
   std::uint32_t crc = 0;
   std::memcpy(&crc, bytes->data() + kFileHeaderCopyBytes, sizeof crc);
   if (hasSignature(*bytes) && crc != system::crc32c(bytes->data(), kFileHeaderCopyBytes)) {
@@ -111,7 +110,7 @@ Result<ChunkFile::Footer> ChunkFile::readFooter(std::uint64_t end) const {
   }
   const std::uint64_t offset = end - kFooterBytes;
   auto bytes = read(offset, kFooterBytes);
-  if (!bytes) return pass(bytes.error());
+  if (!bytes) return bytes.error();
   ByteReader from(*bytes);
   Footer footer;
   footer.index = from.take<std::uint64_t>();
@@ -140,7 +139,7 @@ Result<ChunkHeader> ChunkFile::readChunkHeader(std::uint64_t offset) const {
     return damaged(offset, fmt::format("no chunk can be here: the file has {} bytes", size()));
   }
   auto bytes = read(offset, kChunkHeaderBytes);
-  if (!bytes) return pass(bytes.error());
+  if (!bytes) return bytes.error();
   auto header = chunkHeader(offset, *bytes);
   if (!header || !expected_) return header;
   const auto known = std::ranges::lower_bound(*expected_, offset, {}, &ChunkHeader::offset);
@@ -172,7 +171,7 @@ ChunkFile ChunkFile::withChunks(std::vector<ChunkHeader> chunks) const {
 
 Result<std::uint64_t> ChunkFile::readLength(std::uint64_t end) const {
   auto bytes = read(end - sizeof(std::uint64_t), sizeof(std::uint64_t));
-  if (!bytes) return pass(bytes.error());
+  if (!bytes) return bytes.error();
   return ByteReader(*bytes).take<std::uint64_t>();
 }
 
@@ -265,7 +264,7 @@ Result<ChunkHeader> ChunkFile::chunkHeader(std::uint64_t offset,
 
 Result<Payload> ChunkFile::readPayload(const ChunkHeader& header) const {
   auto bytes = read(header.payload(), padded(header.payloadBytes));
-  if (!bytes) return pass(bytes.error());
+  if (!bytes) return bytes.error();
   Payload payload{std::move(*bytes), {}};
   auto view = payloadOf(header, payload.bytes);
   if (!view) return damagedIn(header, view.error());
@@ -273,7 +272,7 @@ Result<Payload> ChunkFile::readPayload(const ChunkHeader& header) const {
   return payload;
 }
 
-tl::unexpected<Error> ChunkFile::damagedIn(const ChunkHeader& header, const Error& error) const {
+Error ChunkFile::damagedIn(const ChunkHeader& header, const Error& error) const {
   return damaged(error.offset ? header.payload() + *error.offset : header.offset, error.message);
 }
 
@@ -288,9 +287,9 @@ Result<ChunkHeader> ChunkFile::headerOf(std::uint64_t offset, ChunkType type) co
 
 Result<ChunkFile::Chunk> ChunkFile::readChunk(std::uint64_t offset, ChunkType type) const {
   auto header = headerOf(offset, type);
-  if (!header) return pass(header.error());
+  if (!header) return header.error();
   auto payload = readPayload(*header);
-  if (!payload) return pass(payload.error());
+  if (!payload) return payload.error();
   return Chunk{*header, std::move(*payload)};
 }
 
@@ -303,7 +302,7 @@ Result<std::vector<std::byte>> ChunkFile::readFront(const ChunkHeader& header) c
 
 Result<PartialPayload> ChunkFile::readPartly(std::uint64_t offset, ChunkType type) const {
   auto header = headerOf(offset, type);
-  if (!header) return pass(header.error());
+  if (!header) return header.error();
   PartialPayload payload;
   payload.file_ = this;
   payload.header_ = *header;
@@ -311,7 +310,7 @@ Result<PartialPayload> ChunkFile::readPartly(std::uint64_t offset, ChunkType typ
   payload.bytes_ = std::make_unique_for_overwrite<std::byte[]>(size);
   const std::span<std::byte> bytes(payload.bytes_.get(), size);
   const auto front = bytes.first(header->frontBytes);
-  if (auto done = source_->read(header->payload(), front); !done) return pass(done.error());
+  if (auto done = source_->read(header->payload(), front); !done) return done.error();
   auto view = placesOf(*header, bytes);
   if (!view) return damagedIn(*header, view.error());
   payload.view_ = std::move(*view);

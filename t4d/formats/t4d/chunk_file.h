@@ -132,8 +132,8 @@ class ChunkFile {
   Result<PartialPayload> readPartly(std::uint64_t offset, t4d_layout::ChunkType type) const;
 
   /// An error in this file at `offset`.
-  tl::unexpected<Error> damaged(std::uint64_t offset, const std::string& message,
-                                ErrorCode code = ErrorCode::InvalidInput) const;
+  Error damaged(std::uint64_t offset, const std::string& message,
+                ErrorCode code = ErrorCode::InvalidInput) const;
 
  private:
   friend class PartialPayload;
@@ -141,7 +141,7 @@ class ChunkFile {
   Result<std::vector<std::byte>> read(std::uint64_t offset, std::uint64_t bytes) const;
   Result<ChunkHeader> headerOf(std::uint64_t offset, t4d_layout::ChunkType type) const;
   /// The error of a payload, whose offset is one in it.
-  tl::unexpected<Error> damagedIn(const ChunkHeader& header, const Error& error) const;
+  Error damagedIn(const ChunkHeader& header, const Error& error) const;
   /// Parses the 24 bytes at `offset`.
   Result<ChunkHeader> chunkHeader(std::uint64_t offset, std::span<const std::byte> bytes) const;
 

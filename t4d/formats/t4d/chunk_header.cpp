@@ -84,13 +84,12 @@ ChunkFront frontOf(ChunkType type, const PayloadWriter& payload, std::uint64_t o
 namespace {
 
 /// `at` is an offset in the payload, if one is known.
-tl::unexpected<Error> wrongIn(const ChunkHeader& header, std::optional<std::uint64_t> at,
-                              const std::string& what) {
+Error wrongIn(const ChunkHeader& header, std::optional<std::uint64_t> at, const std::string& what) {
   Error error{ErrorCode::InvalidInput,
               fmt::format("in the chunk {} the {}: the file is damaged", header.name(), what),
               {}};
   error.offset = at;
-  return pass(std::move(error));
+  return error;
 }
 
 bool isZero(std::span<const std::byte> bytes) {
@@ -107,7 +106,7 @@ Result<void> checkFront(const ChunkHeader& header, std::span<const std::byte> fr
                             "damaged",
                             header.name(), crc, header.frontCrc),
                 {}};
-    return pass(std::move(error));
+    return error;
   }
   const auto table = front.first(header.blocks * kBlockEntryBytes);
   std::uint64_t blockBytes = 0;
@@ -124,7 +123,7 @@ Result<void> checkFront(const ChunkHeader& header, std::span<const std::byte> fr
 
 Result<PayloadView> placesOf(const ChunkHeader& header, std::span<const std::byte> payload) {
   const auto front = payload.first(header.frontBytes);
-  if (auto sound = checkFront(header, front); !sound) return pass(sound.error());
+  if (auto sound = checkFront(header, front); !sound) return sound.error();
   const auto table = front.first(header.blocks * kBlockEntryBytes);
   PayloadView view{front.subspan(table.size()), {}};
   view.blocks.reserve(header.blocks);
@@ -159,7 +158,7 @@ Result<PayloadView> payloadOf(const ChunkHeader& header, std::span<const std::by
   if (!view) return view;
   for (std::uint32_t i = 0; i < header.blocks; ++i) {
     if (auto checked = checkBlock(header, payload, *view, i); !checked) {
-      return pass(checked.error());
+      return checked.error();
     }
   }
   if (!isZero(payload.subspan(header.payloadBytes))) {

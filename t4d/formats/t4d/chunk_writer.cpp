@@ -34,7 +34,7 @@ Result<void> ChunkWriter::begin(const std::string& head, std::uint16_t minorVers
   payload.putBytes(head.data(), head.size());
   front_.head = head;
   const auto offset = put(kHead, payload);
-  return offset ? Result<void>() : pass(offset.error());
+  return offset ? Result<void>() : offset.error();
 }
 
 Result<void> ChunkWriter::writePadded(std::span<const std::byte> bytes) {
@@ -47,13 +47,13 @@ Result<std::uint64_t> ChunkWriter::put(ChunkType type, const PayloadWriter& payl
                                        std::uint32_t flags) {
   const std::uint64_t offset = out_.size();
   const auto [header, front] = frontOf(type, payload, offset, flags);
-  if (auto done = writePadded(encodeChunkHeader(header)); !done) return pass(done.error());
-  if (auto done = writePadded(front.bytes()); !done) return pass(done.error());
+  if (auto done = writePadded(encodeChunkHeader(header)); !done) return done.error();
+  if (auto done = writePadded(front.bytes()); !done) return done.error();
   std::vector<std::byte> space;
   for (const StoredBlock& block : payload.blocks()) {
     const auto bytes = block.bytes(space);
-    if (!bytes) return pass(bytes.error());
-    if (auto done = writePadded(*bytes); !done) return pass(done.error());
+    if (!bytes) return bytes.error();
+    if (auto done = writePadded(*bytes); !done) return done.error();
   }
   chunks_.push_back(header);
   return offset;
@@ -61,8 +61,8 @@ Result<std::uint64_t> ChunkWriter::put(ChunkType type, const PayloadWriter& payl
 
 Result<std::uint64_t> ChunkWriter::putCopy(ChunkHeader header, std::span<const std::byte> payload) {
   header.offset = out_.size();
-  if (auto done = writePadded(encodeChunkHeader(header)); !done) return pass(done.error());
-  if (auto done = writePadded(payload); !done) return pass(done.error());
+  if (auto done = writePadded(encodeChunkHeader(header)); !done) return done.error();
+  if (auto done = writePadded(payload); !done) return done.error();
   chunks_.push_back(header);
   return header.offset;
 }
@@ -70,28 +70,28 @@ Result<std::uint64_t> ChunkWriter::putCopy(ChunkHeader header, std::span<const s
 Result<std::uint64_t> ChunkWriter::leaveRoom(ChunkHeader header, std::span<const std::byte> front) {
   header.offset = out_.size();
   if (!front.empty()) {
-    if (auto done = writePadded(encodeChunkHeader(header)); !done) return pass(done.error());
-    if (auto done = writePadded(front); !done) return pass(done.error());
+    if (auto done = writePadded(encodeChunkHeader(header)); !done) return done.error();
+    if (auto done = writePadded(front); !done) return done.error();
   }
-  if (auto done = out_.skip(header.end() - out_.size()); !done) return pass(done.error());
+  if (auto done = out_.skip(header.end() - out_.size()); !done) return done.error();
   chunks_.push_back(header);
   return header.offset;
 }
 
 Result<std::uint64_t> ChunkWriter::finish(const std::vector<BodySummary>& bodies) {
   if (indexed_) {
-    if (auto paged = putPages(bodies.size()); !paged) return pass(paged.error());
+    if (auto paged = putPages(bodies.size()); !paged) return paged.error();
   }
   auto doneOffset = put(kDone, encodeDone({chunks_.size(), bodies}));
   if (!doneOffset) return doneOffset;
   if (indexed_) {
-    if (auto put = putIndexAndFooter(*doneOffset); !put) return pass(put.error());
+    if (auto put = putIndexAndFooter(*doneOffset); !put) return put.error();
     if (chunks_.failed() || slabs_.failed()) {
       return fail(ErrorCode::Failed, "cannot read a temporary file (TMPDIR says where)");
     }
   }
   const std::uint64_t size = out_.size();
-  if (auto committed = out_.commit(); !committed) return pass(committed.error());
+  if (auto committed = out_.commit(); !committed) return committed.error();
   return size;
 }
 
@@ -99,7 +99,7 @@ Result<void> ChunkWriter::putPages(std::size_t bodyCount) {
   PageList list{chunks_.front(), {}, {}, 0};
   const auto putPage = [&](const PageRun& run) -> Result<void> {
     const auto offset = put(kPage, encodePage(run, out_.size(), level_), 0);
-    if (!offset) return pass(offset.error());
+    if (!offset) return offset.error();
     list.pages.push_back(entryOf(run, *offset));
     list.pages.back().checksum = checksumOf(chunks_.back());
     return {};
@@ -109,7 +109,7 @@ Result<void> ChunkWriter::putPages(std::size_t bodyCount) {
   for (const ChunkHeader& chunk : chunks_.all()) addChunk(list.chunks, chunk.type, chunk.bytes());
   list.offset = out_.size();
   const auto last = put(kPageList, encodePageList(list), 0);
-  return last ? raiseVersion() : pass(last.error());
+  return last ? raiseVersion() : last.error();
 }
 
 /// Version 1.1 has pages.
@@ -121,7 +121,7 @@ Result<void> ChunkWriter::raiseVersion() {
 
 Result<void> ChunkWriter::putIndexAndFooter(std::uint64_t doneOffset) {
   const auto indexOffset = put(kIndex, encodeIndex(front_, chunks_.rows(), slabs_.rows(), level_));
-  if (!indexOffset) return pass(indexOffset.error());
+  if (!indexOffset) return indexOffset.error();
   ByteWriter footer;
   footer.put(*indexOffset);
   footer.put(doneOffset);

@@ -254,7 +254,7 @@ Result<StreamedConnectivity> encodeConnectivity(const model::StreamedSlab& slab,
   StreamedConnectivity made;
   std::vector<BlockRanges> ranges;
   for (const MadeBlock& block : blocks) {
-    if (block.error) return pass(*block.error);
+    if (block.error) return *block.error;
     if (blocks.size() == 1) break;
     ranges.push_back(block.ranges);
     made.bounds.push_back(block.bounds);
@@ -297,8 +297,8 @@ Result<ConnectivityFront> takeConnectivityFront(PayloadReader& from, const Featu
   front.ranges.resize(rangeCount);
   if (rangeCount > 0) std::memcpy(front.ranges.data(), ranges.data(), ranges.size());
   auto cells = takePacked(from, features);
-  if (!cells) return pass(cells.error());
-  if (auto fits = checkArray(*cells, ScalarType::UInt32, 4); !fits) return pass(fits.error());
+  if (!cells) return cells.error();
+  if (auto fits = checkArray(*cells, ScalarType::UInt32, 4); !fits) return fits.error();
   front.cells = *cells;
   return front;
 }
@@ -307,21 +307,21 @@ Result<std::shared_ptr<const Connectivity>> decodeConnectivity(const PayloadView
                                                                const Features& features) {
   PayloadReader from(payload);
   const auto front = takeConnectivityFront(from, features);
-  if (!front) return pass(front.error());
+  if (!front) return front.error();
   auto connectivity = std::make_shared<Connectivity>();
   static_cast<model::VertexCounts&>(*connectivity) = front->counts;
   const std::uint32_t meanCount = front->means;
   connectivity->cells.resize(front->cells.rows);
   if (auto set = unpack(front->cells, std::as_writable_bytes(std::span(connectivity->cells)));
       !set) {
-    return pass(set.error());
+    return set.error();
   }
   if (meanCount > 0) {
     if (!features.means) return invalid("it has means, a feature that the file does not name");
     auto sizes = takeArrayOf(from, ScalarType::UInt32, 1, features);
-    if (!sizes) return pass(sizes.error());
+    if (!sizes) return sizes.error();
     auto sources = takeArrayOf(from, ScalarType::UInt32, 1, features);
-    if (!sources) return pass(sources.error());
+    if (!sources) return sources.error();
     if (sizes->rows != meanCount) {
       return invalid(fmt::format("it has {} means but the sizes of {}", meanCount, sizes->rows));
     }
@@ -342,12 +342,12 @@ Result<std::shared_ptr<const Connectivity>> decodeConnectivity(const PayloadView
     }
   }
   auto attributes = takeAttributes(from, front->attributes, features);
-  if (!attributes) return pass(attributes.error());
+  if (!attributes) return attributes.error();
   connectivity->cellAttributes = std::move(*attributes);
-  if (auto end = checkEnd(from); !end) return pass(end.error());
-  if (auto sound = checkConnectivity(*connectivity); !sound) return pass(sound.error());
+  if (auto end = checkEnd(from); !end) return end.error();
+  if (auto sound = checkConnectivity(*connectivity); !sound) return sound.error();
   if (auto sound = checkStorable(connectivity->cellAttributes, {}); !sound) {
-    return pass(sound.error());
+    return sound.error();
   }
   if (rangesOfBlocks(*connectivity) != front->ranges) {
     return invalid("the ranges of vertices of its blocks are not those of their cells");
@@ -389,7 +389,7 @@ Result<LayerFront> takeLayerFront(PayloadReader& from, const Features& features)
   if (reserved != 0) return invalid("its reserved bytes are not zero");
   if (!std::isfinite(front.time)) return invalid(fmt::format("it is at time {}", front.time));
   const auto positions = takePositions(from, features);
-  if (!positions) return pass(positions.error());
+  if (!positions) return positions.error();
   if (positions->rows == 0) return invalid("it has no vertices");
   front.positions = *positions;
   return front;
@@ -398,12 +398,12 @@ Result<LayerFront> takeLayerFront(PayloadReader& from, const Features& features)
 Result<Layer> decodeLayer(const PayloadView& payload, const Features& features) {
   PayloadReader from(payload);
   const auto front = takeLayerFront(from, features);
-  if (!front) return pass(front.error());
+  if (!front) return front.error();
   Layer layer;
   layer.time = front->time;
   layer.positions = front->positions;
   auto attributes = takeAttributes(from, front->attributes, features);
-  if (!attributes) return pass(attributes.error());
+  if (!attributes) return attributes.error();
   layer.attributes = std::move(*attributes);
   for (const Attribute& attribute : layer.attributes) {
     if (attribute.domain != Domain::Vertex) {
@@ -411,10 +411,10 @@ Result<Layer> decodeLayer(const PayloadView& payload, const Features& features) 
     }
   }
   if (auto sound = checkVertexRows(layer.attributes, layer.size()); !sound) {
-    return pass(sound.error());
+    return sound.error();
   }
-  if (auto end = checkEnd(from); !end) return pass(end.error());
-  if (auto sound = checkStorable({}, layer.attributes); !sound) return pass(sound.error());
+  if (auto end = checkEnd(from); !end) return end.error();
+  if (auto sound = checkStorable({}, layer.attributes); !sound) return sound.error();
   return layer;
 }
 
@@ -443,7 +443,7 @@ Result<PosedLayer> decodePose(const PayloadView& payload, const Features& featur
     for (int column = 0; column < 4; ++column) posed.pose(row, column) = from.take<double>();
   }
   if (from.overrun()) return cutOff("a pose");
-  if (auto end = checkEnd(from); !end) return pass(end.error());
+  if (auto end = checkEnd(from); !end) return end.error();
   if (!features.pose) return invalid("it is a pose, a feature that the file does not name");
   if (!std::isfinite(posed.time)) return invalid(fmt::format("it is at time {}", posed.time));
   if (!posed.pose.allFinite()) return invalid("its matrix has numbers that are not finite");
@@ -530,7 +530,7 @@ Result<SlabFront> takeSlabFront(PayloadReader& from, const Features& features) {
   constexpr std::size_t kBoundsBytes = 8 * sizeof(double);
   if (from.overrun() || boundsCount > from.left() / kBoundsBytes) return cutOff("a slab");
   if (reserved != 0) return invalid("its reserved bytes are not zero");
-  if (auto checked = checkTime(front.time); !checked) return pass(checked.error());
+  if (auto checked = checkTime(front.time); !checked) return checked.error();
   front.cellBounds.resize(boundsCount);
   for (model::Bounds4& block : front.cellBounds) {
     for (Point4* corner : {&block.min, &block.max}) {
@@ -538,11 +538,11 @@ Result<SlabFront> takeSlabFront(PayloadReader& from, const Features& features) {
     }
   }
   const auto positions = takePositions(from, features);
-  if (!positions) return pass(positions.error());
+  if (!positions) return positions.error();
   front.positions = *positions;
   const auto times = takePacked(from, features);
-  if (!times) return pass(times.error());
-  if (auto fits = checkArray(*times, ScalarType::Float64, 1); !fits) return pass(fits.error());
+  if (!times) return times.error();
+  if (auto fits = checkArray(*times, ScalarType::Float64, 1); !fits) return fits.error();
   if (times->rows != positions->rows) {
     return invalid(
         fmt::format("it has {} interior positions but {} times", positions->rows, times->rows));
@@ -554,27 +554,27 @@ Result<SlabFront> takeSlabFront(PayloadReader& from, const Features& features) {
 Result<SlabChunk> decodeSlab(const PayloadView& payload, const Features& features) {
   PayloadReader from(payload);
   auto front = takeSlabFront(from, features);
-  if (!front) return pass(front.error());
+  if (!front) return front.error();
   SlabChunk slab;
   slab.time = front->time;
   slab.parts = front->parts;
   slab.cellBounds = std::move(front->cellBounds);
   const auto times = unpack(front->times);
-  if (!times) return pass(times.error());
+  if (!times) return times.error();
   slab.interior.resize(front->positions.rows);
   if (auto set = unpackPositions(front->positions, slab.interior, features); !set) {
-    return pass(set.error());
+    return set.error();
   }
   for (std::size_t i = 0; i < slab.interior.size(); ++i) {
     std::memcpy(&slab.interior[i][3], times->data() + i * sizeof(double), sizeof(double));
   }
   auto attributes = takeAttributes(from, front->attributes, features);
-  if (!attributes) return pass(attributes.error());
+  if (!attributes) return attributes.error();
   slab.attributes = std::move(*attributes);
   if (auto sound = checkVertexRows(slab.attributes, slab.interior.size()); !sound) {
-    return pass(sound.error());
+    return sound.error();
   }
-  if (auto end = checkEnd(from); !end) return pass(end.error());
+  if (auto end = checkEnd(from); !end) return end.error();
   return slab;
 }
 
@@ -644,7 +644,7 @@ Result<Done> decodeDone(const PayloadView& payload) {
     body.time = takeTime(from);
     for (int k = 0; k < 3; ++k) body.bounds.min[k] = from.take<double>();
     for (int k = 0; k < 3; ++k) body.bounds.max[k] = from.take<double>();
-    if (auto checked = checkTime(body.time); !checked) return pass(checked.error());
+    if (auto checked = checkTime(body.time); !checked) return checked.error();
     if (body.bounds.min.hasNaN() || body.bounds.max.hasNaN()) {
       return invalid(fmt::format("the bounds of body {} are not numbers", i));
     }

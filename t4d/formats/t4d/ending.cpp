@@ -26,11 +26,11 @@ Result<ChunkFile::Chunk> readNamed(const ChunkFile& file, std::uint64_t offset, 
 
 Result<Ending> readEnding(const ChunkFile& file, const Features& features) {
   auto footer = file.readFooter();
-  if (!footer) return pass(footer.error());
+  if (!footer) return footer.error();
   auto done = readNamed(file, footer->done, kDone);
-  if (!done) return pass(done.error());
+  if (!done) return done.error();
   auto index = readNamed(file, footer->index, kIndex);
-  if (!index) return pass(index.error());
+  if (!index) return index.error();
   if (done->header.end() != footer->index) {
     return file.damaged(done->header.end(), "the index does not follow the end mark at once");
   }
@@ -76,14 +76,14 @@ Result<SlabList> readPagedTail(const ChunkFile& file, const ChunkFile::Header& h
   auto slabs = checkPages(file, pages, scan.chunks, scan.slabs, head.features);
   if (!slabs) return slabs;
   const auto footer = file.readFooter();
-  if (!footer) return pass(footer.error());
+  if (!footer) return footer.error();
   const auto done = file.readChunkHeader(scan.doneOffset);
-  if (!done) return pass(done.error());
+  if (!done) return done.error();
   if (footer->done != done->offset || footer->index != done->end()) {
     return file.damaged(file.size() - kFooterBytes, "the footer is that of another end mark");
   }
   const auto index = file.readChunk(footer->index, kIndex);
-  if (!index) return pass(index.error());
+  if (!index) return index.error();
   if (index->header.end() != file.size() - kFooterBytes) {
     return file.damaged(index->header.end(), "the footer does not follow the index at once");
   }
@@ -103,13 +103,12 @@ Result<SlabList> readPagedTail(const ChunkFile& file, const ChunkFile::Header& h
 Result<SlabList> readIndexedTail(const ChunkFile& file, const ChunkFile::Header& header,
                                  const Head& head, const FileScan& scan) {
   auto ending = readEnding(file, head.features);
-  if (!ending) return pass(ending.error());
+  if (!ending) return ending.error();
   if (ending->doneHeader.offset != scan.doneOffset) {
     return file.damaged(ending->doneHeader.offset, "DONE: an end mark has been before, at byte " +
                                                        std::to_string(scan.doneOffset));
   }
-  if (auto checked = checkEnding(file, *ending, header, head); !checked)
-    return pass(checked.error());
+  if (auto checked = checkEnding(file, *ending, header, head); !checked) return checked.error();
   const auto wrong = [&](const std::string& message) {
     return file.damaged(ending->offset, "INDX: " + message);
   };
@@ -146,7 +145,7 @@ Result<SlabList> readTail(const ChunkFile& file, const ChunkFile::Header& header
   }
   if (canGoBack) {
     const auto pages = readPageList(file, scan.doneOffset, scan.done->bodies);
-    if (!pages) return pass(pages.error());
+    if (!pages) return pages.error();
     if (*pages) return readPagedTail(file, header, head, scan, **pages);
     for (const ChunkHeader& chunk : scan.chunks.all()) {
       if (chunk.type == kPage) return file.damaged(chunk.offset, "PAGE: no PGIX is before DONE");

@@ -38,15 +38,15 @@ Result<void> checkSums(const CopiedFile& file, const SlabList& slabs) {
 Result<CopiedFile> readForCopy(const std::filesystem::path& path, CopiedChunks& into,
                                const model::Progress& progress) {
   auto file = ChunkFile::open(path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   auto beginning = readBeginning(*file);
-  if (!beginning) return pass(beginning.error());
+  if (!beginning) return beginning.error();
   const Head& head = beginning->head;
   FileScan scan =
       scanFile(*file, head.header.end(), head.metadata.bodies.size(), head.features, progress);
-  if (scan.damage) return pass(*scan.damage);
+  if (scan.damage) return *scan.damage;
   auto slabs = readTail(*file, beginning->header, head, scan);
-  if (!slabs) return pass(slabs.error());
+  if (!slabs) return slabs.error();
   CopiedFile copied{path,
                     std::move(beginning->head),
                     {into.chunks.size(), scan.chunks.size()},
@@ -58,7 +58,7 @@ Result<CopiedFile> readForCopy(const std::filesystem::path& path, CopiedChunks& 
   for (IndexRecord record : slabs->all()) {
     if (!record.extent) {
       const auto slab = source.read(record);
-      if (!slab) return pass(slab.error());
+      if (!slab) return slab.error();
       record.extent = extentOf(**slab);
     }
     into.slabs.push_back(record);
@@ -72,19 +72,19 @@ Result<CopiedFile> readForCopy(const std::filesystem::path& path, CopiedChunks& 
   if (beginning->header.indexed) {
     addChunk(copied.sums, kIndex, file->size() - kFooterBytes - scan.end);
   }
-  if (auto sums = checkSums(copied, into.slabs); !sums) return pass(sums.error());
+  if (auto sums = checkSums(copied, into.slabs); !sums) return sums.error();
   return copied;
 }
 
 Result<CopiedFile> readIndexForCopy(const std::filesystem::path& path, CopiedChunks& into) {
   const auto file = ChunkFile::open(path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   auto beginning = readBeginning(*file);
-  if (!beginning) return pass(beginning.error());
+  if (!beginning) return beginning.error();
   auto ending = readEnding(*file, beginning->head.features);
-  if (!ending) return pass(ending.error());
+  if (!ending) return ending.error();
   if (auto checked = checkEnding(*file, *ending, beginning->header, beginning->head); !checked) {
-    return pass(checked.error());
+    return checked.error();
   }
   CopiedFile known{path,
                    std::move(beginning->head),
@@ -137,7 +137,7 @@ Result<void> copyChunks(const ChunkFile& file, const CopiedFile& from, const Cop
   for (const ChunkHeader& known : from.chunks.of(all.chunks)) {
     if (!isLeftOut(known)) {
       auto chunk = target.read(file, known);
-      if (!chunk) return pass(chunk.error());
+      if (!chunk) return chunk.error();
       std::optional<IndexRecord> record;
       if (known.type == kSlab) record = all.slabs[slab++];
       if (auto done = put(*chunk, record ? &*record : nullptr); !done) return done;
@@ -157,20 +157,20 @@ Result<CopyHead> headOfCopy(const Metadata& metadata, std::span<const CopiedFile
     if (!grid) grid = file.metadata().grid;
   }
   auto head = headText(metadata, features, grid);
-  if (!head) return pass(head.error());
+  if (!head) return head.error();
   return CopyHead{std::move(*head), std::ranges::find(features, kFeatureZstd) != features.end()};
 }
 
 Result<ChunkWriter> beginCopy(const std::filesystem::path& into, const Metadata& metadata,
                               std::span<const CopiedFile> files) {
   const auto head = headOfCopy(metadata, files);
-  if (!head) return pass(head.error());
+  if (!head) return head.error();
   auto out = OutputFile::create(into);
-  if (!out) return pass(out.error());
+  if (!out) return out.error();
   constexpr int kIndexLevel = 3;
   ChunkWriter chunks(std::move(*out), true, head->zstd ? kIndexLevel : 0);
   if (auto begun = chunks.begin(head->text, minorVersionFor(metadata)); !begun) {
-    return pass(begun.error());
+    return begun.error();
   }
   return chunks;
 }

@@ -23,12 +23,12 @@ Result<ChunkHeader> FileScanner::next() {
     return file_.damaged(scan_.end, "the file ends before its end mark: it is truncated");
   }
   auto header = file_.readChunkHeader(scan_.end);
-  if (!header) return pass(header.error());
+  if (!header) return header.error();
   auto payload = file_.readPayload(*header);
-  if (!payload) return pass(payload.error());
+  if (!payload) return payload.error();
   ++chunks_;
   if (auto taken = take(*header, payload->view); !taken) {
-    if (!taken.error().where.empty()) return pass(taken.error());
+    if (!taken.error().where.empty()) return taken.error();
     return file_.damaged(header->offset,
                          fmt::format("{}: {}", header->name(), taken.error().message),
                          taken.error().code);
@@ -48,7 +48,7 @@ Result<void> FileScanner::take(const ChunkHeader& header, const PayloadView& pay
     return takeSlab(header, payload);
   } else if (header.type == kDone) {
     auto done = decodeDone(payload);
-    if (!done) return pass(done.error());
+    if (!done) return done.error();
     // HEAD came before the first chunk of this scan, and this chunk does not count itself.
     if (done->chunks != chunks_) {
       return invalid(fmt::format("{} chunks come before it, not {}", chunks_, done->chunks));
@@ -68,7 +68,7 @@ Result<void> FileScanner::take(const ChunkHeader& header, const PayloadView& pay
 
 Result<void> FileScanner::takePose(const ChunkHeader& header, const PayloadView& payload) {
   const auto posed = decodePose(payload, features_);
-  if (!posed) return pass(posed.error());
+  if (!posed) return posed.error();
   const std::uint64_t layer = header.offset - posed->layer;
   if (!name(layer, {kLayer})) return invalid("it moves no LAYR that comes before it");
   const PartWindow& window = checker_.window();
@@ -81,7 +81,7 @@ Result<void> FileScanner::takePose(const ChunkHeader& header, const PayloadView&
 
 Result<void> FileScanner::takeSlab(const ChunkHeader& header, const PayloadView& payload) {
   auto slab = decodeSlab(payload, features_);
-  if (!slab) return pass(slab.error());
+  if (!slab) return slab.error();
   const IndexRecord record = {header.offset, header.bytes(), slab->parts, slab->time};
   if (!name(record.connectivity(), {kConnectivity}) ||
       (slab->parts.lower != 0 && !name(record.lower(), {kLayer, kPose})) ||

@@ -39,7 +39,7 @@ Result<std::shared_ptr<const FileSlab>> FileSlab::open(const ChunkFile& file,
     return std::shared_ptr<const FileSlab>();
   }
   const auto plain = slab->openParts();
-  if (!plain) return pass(plain.error());
+  if (!plain) return plain.error();
   if (!*plain) return std::shared_ptr<const FileSlab>();
   slab->cache_ = std::make_unique<Cache>();
   return slab;
@@ -52,7 +52,7 @@ Result<bool> FileSlab::openParts() {
   };
   const std::uint64_t connectivityAt = record_.connectivity();
   auto connectivity = file_->readPartly(connectivityAt, kConnectivity);
-  if (!connectivity) return pass(connectivity.error());
+  if (!connectivity) return connectivity.error();
   connectivityPayload_ = std::move(*connectivity);
   PayloadReader fromConnectivity(connectivityPayload_.view());
   auto connectivityFront = takeConnectivityFront(fromConnectivity, features_);
@@ -65,7 +65,7 @@ Result<bool> FileSlab::openParts() {
   static_cast<model::VertexCounts&>(*this) = connectivity_.counts;
 
   auto slab = file_->readPartly(record_.slab, kSlab);
-  if (!slab) return pass(slab.error());
+  if (!slab) return slab.error();
   slabPayload_ = std::move(*slab);
   PayloadReader fromSlab(slabPayload_.view());
   auto slabFront = takeSlabFront(fromSlab, features_);
@@ -81,11 +81,11 @@ Result<bool> FileSlab::openParts() {
     if (offset == 0) continue;
     if (features_.pose) {
       const auto header = file_->readChunkHeader(offset);
-      if (!header) return pass(header.error());
+      if (!header) return header.error();
       if (header->type == kPose) return false;
     }
     auto layer = file_->readPartly(offset, kLayer);
-    if (!layer) return pass(layer.error());
+    if (!layer) return layer.error();
     layerPayloads_[i] = std::move(*layer);
     PayloadReader fromLayer(layerPayloads_[i].view());
     const auto front = takeLayerFront(fromLayer, features_);
@@ -94,7 +94,7 @@ Result<bool> FileSlab::openParts() {
     if (auto end = checkEnd(fromLayer); !end) return wrong(offset, "LAYR", end.error());
     parts_[2 * i] = {&layerPayloads_[i], front->positions, {}, front->time, offset};
   }
-  if (auto sound = checkParts(); !sound) return pass(sound.error());
+  if (auto sound = checkParts(); !sound) return sound.error();
   return true;
 }
 
@@ -142,7 +142,7 @@ Result<FileSlab::Vertices> FileSlab::unpackVertices(std::size_t part, std::size_
                           fmt::format("{}: {}", part == 1 ? "SLAB" : "LAYR", error.message));
   };
   if (auto loaded = from.payload->load(from.positions.blocks[block]); !loaded) {
-    return pass(loaded.error());
+    return loaded.error();
   }
   const std::uint64_t first = block * kBlockRows;
   auto vertices =
@@ -152,7 +152,7 @@ Result<FileSlab::Vertices> FileSlab::unpackVertices(std::size_t part, std::size_
   }
   if (from.times) {
     if (auto loaded = from.payload->load(from.times->blocks[block]); !loaded) {
-      return pass(loaded.error());
+      return loaded.error();
     }
     std::vector<double> times(vertices->size());
     if (auto set = unpackBlock(*from.times, block, std::as_writable_bytes(std::span(times)));
@@ -200,7 +200,7 @@ Result<CellBlock> FileSlab::read(std::size_t number) const {
   const std::uint64_t first = number * kBlockRows;
   block.cells.resize(std::min(kBlockRows, connectivity_.cells.rows - first));
   if (auto loaded = connectivityPayload_.load(connectivity_.cells.blocks[number]); !loaded) {
-    return pass(loaded.error());
+    return loaded.error();
   }
   if (auto set =
           unpackBlock(connectivity_.cells, number, std::as_writable_bytes(std::span(block.cells)));
@@ -222,7 +222,7 @@ Result<CellBlock> FileSlab::read(std::size_t number) const {
     for (std::uint32_t at = begin; at < end;) {
       const std::uint32_t inPart = at - firstOf(part);
       const auto piece = vertices(part, inPart / kBlockRows);
-      if (!piece) return pass(piece.error());
+      if (!piece) return piece.error();
       const std::uint32_t from = inPart % kBlockRows;
       const auto count = std::min<std::uint32_t>(end - at, (*piece)->size() - from);
       block.vertices.insert(block.vertices.end(), (*piece)->begin() + from,

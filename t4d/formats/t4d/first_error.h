@@ -21,7 +21,7 @@ class FirstError {
     }
   }
   /// When all are finished.
-  Result<void> result() const { return error_ ? pass(*error_) : Result<void>(); }
+  Result<void> result() const { return error_ ? *error_ : Result<void>(); }
 
  private:
   std::mutex mutex_;

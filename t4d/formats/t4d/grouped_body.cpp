@@ -30,14 +30,14 @@ std::optional<std::uint64_t> GroupedBody::cellCount(std::size_t index) const {
 Result<std::shared_ptr<const model::Slab>> GroupedBody::slab(std::size_t index) const {
   const Place at = placeOf(index);
   const auto slabs = open_(at.group);
-  if (!slabs) return pass(slabs.error());
+  if (!slabs) return slabs.error();
   return (*slabs)->slab(at.slab);
 }
 
 Result<std::shared_ptr<const model::SlabBlocks>> GroupedBody::blocks(std::size_t index) const {
   const Place at = placeOf(index);
   const auto slabs = open_(at.group);
-  if (!slabs) return pass(slabs.error());
+  if (!slabs) return slabs.error();
   auto blocks = (*slabs)->blocks(at.slab);
   if (!blocks || !*blocks) return blocks;
   // They are read later, so the group stays open.

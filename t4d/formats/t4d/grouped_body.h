@@ -24,7 +24,7 @@ class OpenThings {
 
   Result<Pointer> get(std::size_t number) const {
     const auto made = known_.get(number, [&] { return open_(number); });
-    if (!made) return pass(made.error());
+    if (!made) return made.error();
     const Pointer thing(*made, (*made)->get());
     const std::scoped_lock lock(mutex_);
     std::erase_if(recent_, [&](const Pointer& each) { return each.get() == thing.get(); });

@@ -10,7 +10,7 @@ using namespace t4d_layout;
 
 Result<Head> readHead(const ChunkFile& file, std::uint64_t offset) {
   auto header = file.readChunkHeader(offset);
-  if (!header) return pass(header.error());
+  if (!header) return header.error();
   if (header->type != kHead) {
     return file.damaged(header->offset, "the first chunk is not HEAD");
   }
@@ -19,7 +19,7 @@ Result<Head> readHead(const ChunkFile& file, std::uint64_t offset) {
                                                     header->payloadBytes, kMaxHeadBytes));
   }
   auto payload = file.readPayload(*header);
-  if (!payload) return pass(payload.error());
+  if (!payload) return payload.error();
   std::string text(reinterpret_cast<const char*>(payload->bytes.data()), header->payloadBytes);
   return decodeHead(file, *header, std::move(text));
 }
@@ -43,9 +43,9 @@ Result<Head> decodeHead(const ChunkFile& file, const ChunkHeader& header, std::s
 
 Result<Beginning> readBeginning(const ChunkFile& file) {
   auto header = file.readHeader();
-  if (!header) return pass(header.error());
+  if (!header) return header.error();
   auto head = readHead(file);
-  if (!head) return pass(head.error());
+  if (!head) return head.error();
   return Beginning{*header, std::move(*head)};
 }
 

@@ -168,7 +168,7 @@ HttpClient::HttpClient(std::string url, HttpTimeouts timeouts)
 
 HttpClient::~HttpClient() = default;
 
-tl::unexpected<Error> HttpClient::refused(const std::string& message) const {
+Error HttpClient::refused(const std::string& message) const {
   return fail(ErrorCode::Io, message, name_);
 }
 
@@ -241,7 +241,7 @@ Result<HttpPart> HttpClient::get(const std::string& range, std::uint64_t most,
                                  const std::string& ifMatch) {
   Answer answer;
   answer.most = most;
-  if (auto done = request(answer, range, ifMatch); !done) return pass(done.error());
+  if (auto done = request(answer, range, ifMatch); !done) return done.error();
   return judge(answer, range);
 }
 
@@ -251,7 +251,7 @@ Result<std::optional<system::WebFile>> HttpClient::getFile(const std::string& ra
   Answer answer;
   answer.most = most;
   answer.mostWhole = range.empty() ? most : kMostWhole;
-  if (auto done = request(answer, range, {}); !done) return pass(done.error());
+  if (auto done = request(answer, range, {}); !done) return done.error();
   const long status = answer.status();
   if (status == kNotFound || status == kGone) return std::nullopt;
   const auto fileOf = [](const std::vector<std::byte>& bytes, bool whole) {
@@ -259,7 +259,7 @@ Result<std::optional<system::WebFile>> HttpClient::getFile(const std::string& ra
   };
   if (status == kPartialContent && !range.empty()) {
     const auto part = judge(answer, range);
-    if (!part) return pass(part.error());
+    if (!part) return part.error();
     return fileOf(part->bytes, false);
   }
   if (status != kOk) {
@@ -268,7 +268,7 @@ Result<std::optional<system::WebFile>> HttpClient::getFile(const std::string& ra
   if (answer.tooLong) {
     return refused(fmt::format("has more than {} bytes, which is not expected", answer.mostWhole));
   }
-  if (auto good = judgeEncoding(answer); !good) return pass(good.error());
+  if (auto good = judgeEncoding(answer); !good) return good.error();
   return fileOf(answer.body, true);
 }
 
@@ -306,7 +306,7 @@ Result<HttpPart> HttpClient::judge(Answer& answer, const std::string& range) con
   if (answer.tooLong) {
     return refused(fmt::format("the server sends more than the {} bytes requested", answer.most));
   }
-  if (auto good = judgeEncoding(answer); !good) return pass(good.error());
+  if (auto good = judgeEncoding(answer); !good) return good.error();
   const std::string said = answer.field("Content-Range");
   const auto found = contentRangeOf(said);
   if (!found) {

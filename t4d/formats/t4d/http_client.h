@@ -63,7 +63,7 @@ class HttpClient {
   Result<void> request(Answer& answer, const std::string& range, const std::string& ifMatch);
   Result<HttpPart> judge(Answer& answer, const std::string& range) const;
   Result<void> judgeEncoding(const Answer& answer) const;
-  tl::unexpected<Error> refused(const std::string& message) const;
+  Error refused(const std::string& message) const;
 
   std::string name_;
   HttpTimeouts timeouts_;

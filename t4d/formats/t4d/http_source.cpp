@@ -26,7 +26,7 @@ class HttpSource : public ByteSource {
 
   Result<void> open() {
     auto part = client_.get(fmt::format("-{}", kTailBytes), kTailBytes, {});
-    if (!part) return pass(part.error());
+    if (!part) return part.error();
     const ByteRange all = {part->total - std::min(part->total, kTailBytes), part->total};
     if (part->range.begin != all.begin || part->range.end != all.end) {
       return refused("the last", all, *part);
@@ -108,7 +108,7 @@ class HttpSource : public ByteSource {
     const bool strong = etag_.starts_with('"');
     auto part = client_.get(fmt::format("{}-{}", range.begin, range.end - 1), bytes,
                             strong ? etag_ : std::string());
-    if (!part) return pass(part.error());
+    if (!part) return part.error();
     if (part->total != size_ || part->etag != etag_ || part->lastModified != lastModified_) {
       return fail(ErrorCode::Io, "the file has changed while it was read; start again", name());
     }
@@ -127,8 +127,7 @@ class HttpSource : public ByteSource {
     return {};
   }
 
-  tl::unexpected<Error> refused(const char* which, const ByteRange& asked,
-                                const HttpPart& part) const {
+  Error refused(const char* which, const ByteRange& asked, const HttpPart& part) const {
     return fail(
         ErrorCode::Io,
         fmt::format("{} bytes from {} to {} of {} were requested; the server sends those "
@@ -150,7 +149,7 @@ class HttpSource : public ByteSource {
 
 Result<std::unique_ptr<ByteSource>> openHttpSource(const std::string& url, HttpTimeouts timeouts) {
   auto source = std::make_unique<HttpSource>(url, timeouts);
-  if (auto opened = source->open(); !opened) return pass(opened.error());
+  if (auto opened = source->open(); !opened) return opened.error();
   return source;
 }
 

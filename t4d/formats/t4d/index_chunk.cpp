@@ -110,7 +110,7 @@ Result<void> eachColumn(const Rows<IndexRecord>& slabs, Use use) {
 Result<void> compareArray(PayloadReader& from, const Features& features,
                           const MadeArray& expected) {
   const auto packed = takePacked(from, features);
-  if (!packed) return pass(packed.error());
+  if (!packed) return packed.error();
   if (auto right = checkArray(*packed, expected.type, expected.components); !right) return right;
   if (packed->rows != expected.rows) {
     return invalid(
@@ -138,7 +138,7 @@ template <class Number, std::size_t kComponents, class Set>
 Result<void> takeColumn(PayloadReader& from, std::span<IndexRecord> records,
                         const Features& features, Set set) {
   const auto array = takeArrayOf(from, model::scalarTypeOf<Number>(), kComponents, features);
-  if (!array) return pass(array.error());
+  if (!array) return array.error();
   if (array->rows != records.size()) {
     return invalid(fmt::format("it has {} slabs, and {} rows of what it says of them",
                                records.size(), array->rows));
@@ -157,7 +157,7 @@ Result<std::vector<ChunkHeader>> takeHeaders(PayloadReader& from, const Features
                                              std::uint64_t offset) {
   const auto array =
       takeArrayOf(from, ScalarType::UInt8, t4d_layout::kDirectoryEntryBytes, features);
-  if (!array) return pass(array.error());
+  if (!array) return array.error();
   std::vector<ChunkHeader> headers;
   headers.reserve(array->rows);
   for (std::size_t i = 0; i < array->rows; ++i) {
@@ -269,13 +269,13 @@ Result<IndexFront> takeIndexFront(PayloadReader& from, std::uint32_t& slabs) {
   if (from.overrun()) return cutOff("the index");
   std::copy(fileHeader.begin(), fileHeader.end(), front.fileHeader.begin());
   const auto packedHead = takePacked(from, {});
-  if (!packedHead) return pass(packedHead.error());
+  if (!packedHead) return packedHead.error();
   if (packedHead->type != ScalarType::UInt8 || packedHead->components != 1 ||
       packedHead->codec != Codec::Raw) {
     return invalid("its copy of HEAD is not bytes as they are");
   }
   const auto head = unpack(*packedHead);
-  if (!head) return pass(head.error());
+  if (!head) return head.error();
   front.head.assign(reinterpret_cast<const char*>(head->data()), head->size());
   return front;
 }
@@ -286,7 +286,7 @@ Result<void> compareIndex(const PayloadView& payload, const Features& features,
   PayloadReader from(payload);
   std::uint32_t count = 0;
   const auto said = takeIndexFront(from, count);
-  if (!said) return pass(said.error());
+  if (!said) return said.error();
   if (said->fileHeader != front.fileHeader) {
     return invalid("its copy of the file header is different");
   }
@@ -306,10 +306,10 @@ Result<Index> decodeIndex(const PayloadView& payload, const Features& features) 
   PayloadReader from(payload);
   std::uint32_t slabs = 0;
   auto front = takeIndexFront(from, slabs);
-  if (!front) return pass(front.error());
+  if (!front) return front.error();
   Index index{std::move(*front), {}, {}};
   auto headers = takeHeaders(from, features, t4d_layout::kFileHeaderBytes);
-  if (!headers) return pass(headers.error());
+  if (!headers) return headers.error();
   index.chunks = std::move(*headers);
   if (slabs > index.chunks.size()) {
     return invalid(
@@ -320,7 +320,7 @@ Result<Index> decodeIndex(const PayloadView& payload, const Features& features) 
   auto taken = takeSlabs(from, all, features);
   if (taken) taken = checkEnd(from);
   if (taken) taken = placeSlabs(index.chunks, all);
-  if (!taken) return pass(taken.error());
+  if (!taken) return taken.error();
   for (const IndexRecord& slab : all) {
     if (auto checked = checkTime(slab.time); !checked) {
       return invalid(fmt::format("the slab at byte {}: {}", slab.slab, checked.error().message));

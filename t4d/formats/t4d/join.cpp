@@ -14,11 +14,11 @@ namespace {
 Result<void> seal(ManifestPart& part, const std::filesystem::path& place,
                   const model::Progress& progress) {
   auto file = openByteSource(place);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   auto footer = footerText(**file);
-  if (!footer) return pass(footer.error());
+  if (!footer) return footer.error();
   auto digest = sha256Of(**file, progress);
-  if (!digest) return pass(digest.error());
+  if (!digest) return digest.error();
   part.path = place.string();
   part.place = place;
   part.bytes = (*file)->size();
@@ -38,7 +38,7 @@ Result<Manifest> describe(const std::vector<JoinedPart>& parts, const model::Pro
     const auto added = withinMemory(given.place.string(), [&] {
       return joiner.addToName(given, model::partOf(own, 0, kReading));
     });
-    if (!added) return pass(added.error());
+    if (!added) return added.error();
     ManifestPart part = joiner.described();
     if (given.described) {
       part = {given.described->path,   given.place,
@@ -46,13 +46,13 @@ Result<Manifest> describe(const std::vector<JoinedPart>& parts, const model::Pro
               given.described->footer, given.described->chunks,
               std::move(part.bodies)};
     } else if (auto sealed = seal(part, given.place, model::partOf(own, kReading, 1)); !sealed) {
-      return pass(sealed.error());
+      return sealed.error();
     }
     manifest.parts.push_back(std::move(part));
   }
   std::vector<std::string> losses;
   auto head = joiner.head(losses);
-  if (!head) return pass(head.error());
+  if (!head) return head.error();
   manifest.head = std::move(head->head.text);
   manifest.metadata = std::move(head->metadata);
   manifest.losses = std::move(losses);
@@ -64,14 +64,14 @@ Result<Manifest> describe(const std::vector<JoinedPart>& parts, const model::Pro
 Result<JoinReport> joinT4d(const std::vector<std::filesystem::path>& files,
                            const std::filesystem::path& into, const model::Progress& progress) {
   const auto parts = joinedParts(files);
-  if (!parts) return pass(parts.error());
+  if (!parts) return parts.error();
   Joiner joiner;
   if (auto read = joiner.addAll(*parts, model::partOf(progress, 0, Joiner::kReading)); !read) {
-    return pass(read.error());
+    return read.error();
   }
   return withinMemory(into.string(), [&]() -> Result<JoinReport> {
     auto file = joiner.beginFile(into);
-    if (!file) return pass(file.error());
+    if (!file) return file.error();
     CopyTarget target(*file);
     return joiner.write(target, model::partOf(progress, Joiner::kReading, 1));
   });
@@ -80,7 +80,7 @@ Result<JoinReport> joinT4d(const std::vector<std::filesystem::path>& files,
 Result<Manifest> describeParts(const std::vector<std::filesystem::path>& files,
                                const model::Progress& progress) {
   const auto parts = joinedParts(files);
-  if (!parts) return pass(parts.error());
+  if (!parts) return parts.error();
   return describe(*parts, progress);
 }
 
@@ -88,21 +88,21 @@ Result<JoinReport> writeManifest(const std::vector<std::filesystem::path>& files
                                  const std::filesystem::path& into,
                                  const model::Progress& progress) {
   const auto parts = joinedParts(files);
-  if (!parts) return pass(parts.error());
+  if (!parts) return parts.error();
   std::vector<std::string> paths;
   for (const JoinedPart& part : *parts) {
     auto path = pathInManifest(part.place, into);
-    if (!path) return pass(path.error());
+    if (!path) return path.error();
     paths.push_back(std::move(*path));
   }
   auto manifest = describe(*parts, progress);
-  if (!manifest) return pass(manifest.error());
+  if (!manifest) return manifest.error();
   for (std::size_t i = 0; i < paths.size(); ++i) manifest->parts[i].path = std::move(paths[i]);
   const std::string text = manifestText(*manifest);
   auto out = OutputFile::create(into);
-  if (!out) return pass(out.error());
-  if (auto written = out->write(text.data(), text.size()); !written) return pass(written.error());
-  if (auto done = out->commit(); !done) return pass(done.error());
+  if (!out) return out.error();
+  if (auto written = out->write(text.data(), text.size()); !written) return written.error();
+  if (auto done = out->commit(); !done) return done.error();
   JoinReport report{{}, text.size(), std::move(manifest->losses), parts->size()};
   for (std::size_t i = 0; i < manifest->metadata.bodies.size(); ++i) {
     report.bodies.push_back(manifest->summary(i));

@@ -17,12 +17,12 @@ namespace {
 
 Result<std::uint64_t> layerSize(const CopiedFile& part, std::uint64_t offset) {
   const auto file = ChunkFile::open(part.path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   const auto chunk = file->readPartly(offset, kLayer);
-  if (!chunk) return pass(chunk.error());
+  if (!chunk) return chunk.error();
   PayloadReader from(chunk->view());
   const auto front = takeLayerFront(from, part.head.features);
-  if (!front) return pass(front.error());
+  if (!front) return front.error();
   return front->positions.rows;
 }
 
@@ -36,9 +36,9 @@ Result<std::vector<JoinedPart>> joinedParts(const std::vector<std::filesystem::p
       continue;
     }
     const auto manifest = readManifest(file);
-    if (!manifest) return pass(manifest.error());
+    if (!manifest) return manifest.error();
     for (const ManifestPart& part : manifest->parts) {
-      if (auto open = openPart(part, shownName(file.native())); !open) return pass(open.error());
+      if (auto open = openPart(part, shownName(file.native())); !open) return open.error();
       parts.push_back({part.place, part});
     }
   }
@@ -69,7 +69,7 @@ Result<void> Joiner::addToName(const JoinedPart& part, const model::Progress& pr
 Result<Joiner::JoinedHead> Joiner::head(std::vector<std::string>& losses) const {
   Metadata joined = metadata(losses);
   auto head = headOfCopy(joined, parts_);
-  if (!head) return pass(head.error());
+  if (!head) return head.error();
   return JoinedHead{std::move(*head), std::move(joined)};
 }
 
@@ -103,20 +103,20 @@ Result<JoinReport> Joiner::write(CopyTarget& target, const model::Progress& prog
     if (slab != nullptr) return copier.putSlab(chunk, *slab);
     if (!isUnknown(chunk.header.type)) return copier.put(chunk);
     const auto offset = target.put(chunk.header, chunk.payload.bytes, false);
-    return offset ? Result<void>() : pass(offset.error());
+    return offset ? Result<void>() : offset.error();
   };
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     const auto file = ChunkFile::open(parts_[i].path);
-    if (!file) return pass(file.error());
-    if (auto border = target.atBorder(); !border) return pass(border.error());
+    if (!file) return file.error();
+    if (auto border = target.atBorder(); !border) return border.error();
     copier.begin(parts_[i].path, *file, seams_[i].lowers);
     if (auto copied = copyChunks(*file, parts_[i], chunks_, target, put, state, one); !copied) {
-      return pass(copied.error());
+      return copied.error();
     }
   }
-  if (auto border = target.atBorder(); !border) return pass(border.error());
+  if (auto border = target.atBorder(); !border) return border.error();
   auto bytes = target.file().finish(summaries_);
-  if (!bytes) return pass(bytes.error());
+  if (!bytes) return bytes.error();
   std::vector<std::string> losses;
   metadata(losses);
   for (std::string& line : state.lost.lines()) losses.push_back(std::move(line));
@@ -124,7 +124,7 @@ Result<JoinReport> Joiner::write(CopyTarget& target, const model::Progress& prog
 }
 
 Result<void> Joiner::take(Result<CopiedFile> part) {
-  if (!part) return pass(part.error());
+  if (!part) return part.error();
   if (!parts_.empty()) {
     if (auto fits = checkMetadata(*part); !fits) return fits;
   }
@@ -163,7 +163,7 @@ std::optional<ChunkHeader> Joiner::headerAt(const CopiedFile& part, std::uint64_
   return header;
 }
 
-tl::unexpected<Error> Joiner::unfit(const CopiedFile& part, const std::string& message) const {
+Error Joiner::unfit(const CopiedFile& part, const std::string& message) const {
   return fail(ErrorCode::InvalidInput, message + " of " + parts_.front().path.string(),
               part.path.string());
 }
@@ -217,7 +217,7 @@ Result<void> Joiner::checkSeam(const CopiedFile& part, const IndexRecord& record
   }
   if (lower) {
     const auto vertices = layerSize(part, record.lower());
-    if (!vertices) return pass(vertices.error());
+    if (!vertices) return vertices.error();
     seams.lowers[record.parts.body] = record.lower();
     seams.vertices[record.parts.body] = *vertices;
   }

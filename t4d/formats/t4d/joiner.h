@@ -64,7 +64,7 @@ class Joiner {
   Result<void> take(Result<CopiedFile> part);
   Metadata metadata(std::vector<std::string>& losses) const;
   std::optional<ChunkHeader> headerAt(const CopiedFile& part, std::uint64_t offset) const;
-  tl::unexpected<Error> unfit(const CopiedFile& part, const std::string& message) const;
+  Error unfit(const CopiedFile& part, const std::string& message) const;
   Result<void> checkMetadata(const CopiedFile& part) const;
   /// `record` is the first of its body in `part`.
   Result<void> checkSeam(const CopiedFile& part, const IndexRecord& record, Seams& seams) const;

@@ -31,7 +31,7 @@ Result<BodyOfPart> takeBody(const ManifestJson& json, const std::string& of, std
   const auto min = from.point("min");
   const auto max = from.point("max");
   body.shared = from.count("shared");
-  if (auto sound = from.result(); !sound) return pass(sound.error());
+  if (auto sound = from.result(); !sound) return sound.error();
   if (min && max) summary.bounds = {*min, *max};
   if (min.has_value() != max.has_value() || min.has_value() != (summary.vertices > 0) ||
       (min && summary.bounds.empty())) {
@@ -88,18 +88,18 @@ Result<ManifestPart> takePart(const ManifestJson& json, std::size_t number,
   const model::TimeSpan time = {from.number("begin"), from.number("end")};
   const ManifestJson& bodies = from.array("bodies");
   const ManifestJson& chunks = from.object("chunks");
-  if (auto sound = from.result(); !sound) return pass(sound.error());
+  if (auto sound = from.result(); !sound) return sound.error();
   for (const auto& [type, sums] : chunks.items()) {
     MemberReader row(sums, fmt::format("the chunks {} of {}", type, of));
     part.chunks.push_back({type, row.count("count"), row.count("bytes")});
-    if (auto sound = row.result(); !sound) return pass(sound.error());
+    if (auto sound = row.result(); !sound) return sound.error();
   }
   if (bodies.size() != bodyCount) {
     return invalid(fmt::format("{} has {} bodies, 'head' has {}", of, bodies.size(), bodyCount));
   }
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     auto body = takeBody(bodies[i], fmt::format("body {} of {}", i + 1, of), part.bytes);
-    if (!body) return pass(body.error());
+    if (!body) return body.error();
     part.bodies.push_back(std::move(*body));
   }
   if (slabs != part.slabs() || time.begin != part.time().begin || time.end != part.time().end) {
@@ -109,7 +109,7 @@ Result<ManifestPart> takePart(const ManifestJson& json, std::size_t number,
         of, slabs, time.begin, time.end, part.slabs(), part.time().begin, part.time().end));
   }
   auto place = placeOf(part.path, manifest);
-  if (!place) return pass(place.error());
+  if (!place) return place.error();
   part.place = std::move(*place);
   return part;
 }
@@ -135,7 +135,7 @@ Result<std::string> readText(ByteSource& file) {
   }
   std::string text(file.size(), '\0');
   if (auto done = file.read(0, std::as_writable_bytes(std::span(text))); !done) {
-    return pass(done.error());
+    return done.error();
   }
   return text;
 }
@@ -148,7 +148,7 @@ Result<ManifestJson> parseManifestJson(const std::string& text, const std::strin
   }
   if (auto sound = checkJson(text, name, {.deepestNesting = t4d_layout::kMaxJsonDepth + 2});
       !sound) {
-    return pass(sound.error());
+    return sound.error();
   }
   ManifestJson json;
   try {
@@ -162,12 +162,12 @@ Result<ManifestJson> parseManifestJson(const std::string& text, const std::strin
 Result<Manifest> parseManifest(const std::string& text, const std::string& name,
                                const std::string& pathOrUrl) {
   const auto json = parseManifestJson(text, name);
-  if (!json) return pass(json.error());
+  if (!json) return json.error();
   MemberReader from(*json, "the manifest");
   const std::uint64_t version = from.count("t4dm");
   const ManifestJson& head = from.object("head");
   const ManifestJson& parts = from.array("parts");
-  if (auto sound = from.result(); !sound) return pass(sound.error());
+  if (auto sound = from.result(); !sound) return sound.error();
   if (version != 1) {
     return fail(ErrorCode::Unsupported,
                 fmt::format("is a manifest of version {}; this program reads 1", version));
@@ -181,12 +181,12 @@ Result<Manifest> parseManifest(const std::string& text, const std::string& name,
   const std::size_t bodyCount = manifest.metadata.bodies.size();
   for (const ManifestJson& each : parts) {
     auto part = takePart(each, manifest.parts.size() + 1, pathOrUrl, bodyCount);
-    if (!part) return pass(part.error());
+    if (!part) return part.error();
     manifest.parts.push_back(std::move(*part));
     const std::size_t number = manifest.parts.size() - 1;
     for (std::size_t body = 0; number > 0 && body < bodyCount; ++body) {
       if (auto follows = checkFollows(manifest, number, body); !follows) {
-        return pass(follows.error());
+        return follows.error();
       }
     }
   }
@@ -269,11 +269,11 @@ bool isManifest(const std::filesystem::path& pathOrUrl) {
 Result<Manifest> readManifest(const std::filesystem::path& pathOrUrl) {
   const std::string name = shownName(pathOrUrl.native());
   auto file = openByteSource(pathOrUrl);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   const auto text = readText(**file);
-  if (!text) return pass(inManifest(text.error(), name));
+  if (!text) return inManifest(text.error(), name);
   auto manifest = parseManifest(*text, name, pathOrUrl.native());
-  if (!manifest) return pass(inManifest(manifest.error(), name));
+  if (!manifest) return inManifest(manifest.error(), name);
   return manifest;
 }
 
@@ -319,12 +319,12 @@ Result<std::unique_ptr<ByteSource>> openPart(const ManifestPart& part,
                 shownName(part.place.native()));
   };
   auto file = openByteSource(part.place);
-  if (!file) return pass(inPart(file.error(), part, manifest));
+  if (!file) return inPart(file.error(), part, manifest);
   if ((*file)->size() != part.bytes) {
     return other(fmt::format("it has {} bytes, not {}", (*file)->size(), part.bytes));
   }
   const auto footer = footerText(**file);
-  if (!footer) return pass(inPart(footer.error(), part, manifest));
+  if (!footer) return inPart(footer.error(), part, manifest);
   if (*footer != part.footer) return other("its footer, which has its checksums, is another");
   return file;
 }
@@ -335,7 +335,7 @@ Result<void> checkPartsAreThere(const Manifest& manifest, const std::string& nam
     std::error_code error;
     const std::uint64_t size = std::filesystem::file_size(part.place, error);
     if (!error && size == part.bytes) continue;
-    if (auto opened = openPart(part, name); !opened) return pass(opened.error());
+    if (auto opened = openPart(part, name); !opened) return opened.error();
   }
   return {};
 }
@@ -349,7 +349,7 @@ Result<std::string> footerText(ByteSource& file) {
         file.name());
   };
   if (file.size() < t4d_layout::kFileHeaderBytes + footer.size()) return none();
-  if (auto done = file.read(file.size() - footer.size(), footer); !done) return pass(done.error());
+  if (auto done = file.read(file.size() - footer.size(), footer); !done) return done.error();
   const auto end = std::as_bytes(std::span(t4d_layout::kEndSignature));
   if (!std::equal(end.begin(), end.end(), footer.end() - static_cast<std::ptrdiff_t>(end.size()))) {
     return none();

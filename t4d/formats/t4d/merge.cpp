@@ -37,7 +37,7 @@ Result<void> putChunk(ChunkFile::Chunk& chunk, const IndexRecord* slab, std::uin
     assignBody(slab->parts.body + firstBody, chunk.header, chunk.payload.bytes);
   }
   const auto offset = into.putCopy(chunk.header, chunk.payload.bytes);
-  if (!offset) return pass(offset.error());
+  if (!offset) return offset.error();
   if (slab == nullptr) return {};
   SlabParts parts = slab->parts;
   parts.body += firstBody;
@@ -50,7 +50,7 @@ class Merger {
   /// Reads a file through, and checks that it fits those before.
   Result<void> add(const std::filesystem::path& path, const model::Progress& progress) {
     auto file = readForCopy(path, chunks_, progress);
-    if (!file) return pass(file.error());
+    if (!file) return file.error();
     for (const CopiedFile& before : files_) {
       if (auto fits = checkFit(*file, before); !fits) return fits;
     }
@@ -68,7 +68,7 @@ class Merger {
 
   Result<MergeReport> write(const std::filesystem::path& into, const model::Progress& progress) {
     auto chunks = beginCopy(into, metadata(), files_);
-    if (!chunks) return pass(chunks.error());
+    if (!chunks) return chunks.error();
     std::uint64_t done = 0;
     const auto one = [&] {
       if (!progress) return;
@@ -79,19 +79,19 @@ class Merger {
     std::uint32_t firstBody = 0;
     for (const CopiedFile& file : files_) {
       auto opened = ChunkFile::open(file.path);
-      if (!opened) return pass(opened.error());
+      if (!opened) return opened.error();
       const auto put = [&](ChunkFile::Chunk& chunk, const IndexRecord* slab) {
         return putChunk(chunk, slab, firstBody, *chunks);
       };
       if (auto copied = copyChunks(*opened, file, chunks_, target, put, state, one); !copied) {
-        return pass(copied.error());
+        return copied.error();
       }
       firstBody += static_cast<std::uint32_t>(file.bodies.size());
     }
     std::vector<BodySummary> summaries;
     for (const MergeReport::Body& body : report_.bodies) summaries.push_back(body.summary);
     auto bytes = chunks->finish(summaries);
-    if (!bytes) return pass(bytes.error());
+    if (!bytes) return bytes.error();
     report_.bytes = *bytes;
     for (std::string& line : state.lost.lines()) report_.losses.push_back(std::move(line));
     return std::move(report_);
@@ -211,7 +211,7 @@ Result<MergeReport> mergeT4d(const std::vector<std::filesystem::path>& files,
     };
     const auto added =
         withinMemory(files[i].string(), [&] { return merger.add(files[i], reading); });
-    if (!added) return pass(added.error());
+    if (!added) return added.error();
   }
   return withinMemory(into.string(), [&] {
     return merger.write(into, [&](double fraction) {

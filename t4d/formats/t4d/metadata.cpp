@@ -39,7 +39,7 @@ Result<Json> parseObject(const std::string& text) {
                 fmt::format("is not a JSON object: byte {} of it is wrong", byte),
                 {}};
     error.offset = byte;
-    return pass(std::move(error));
+    return error;
   };
   // The parser would treat a zero byte as the end of the text.
   if (const auto zero = text.find('\0'); zero != std::string::npos) return wrongAt(zero);
@@ -159,7 +159,7 @@ Result<std::vector<BodyInfo>> bodiesOf(const Json& head) {
   std::map<std::string, std::size_t> numbers;
   for (const Json& json : *found) {
     auto body = bodyOf(json);
-    if (!body) return pass(body.error());
+    if (!body) return body.error();
     if (!numbers.emplace(body->name, bodies.size()).second) {
       return invalid(fmt::format("its metadata names the body '{}' twice", body->name));
     }
@@ -257,7 +257,7 @@ Result<std::string> headText(const Metadata& metadata, const std::vector<std::st
   head["bodies"] = Json::array();
   for (const BodyInfo& body : metadata.bodies) {
     auto json = jsonOf(body);
-    if (!json) return pass(json.error());
+    if (!json) return json.error();
     head["bodies"].push_back(std::move(*json));
   }
   const auto optional = [&](const char* key, const std::string& value) {
@@ -278,7 +278,7 @@ Result<std::string> headText(const Metadata& metadata, const std::vector<std::st
   optional("space", metadata.space);
   if (!metadata.attributes.empty()) {
     auto attributes = jsonOf(metadata.attributes);
-    if (!attributes) return pass(attributes.error());
+    if (!attributes) return attributes.error();
     head["attributes"] = std::move(*attributes);
   }
   if (!details->empty()) head["details"] = *details;
@@ -349,11 +349,11 @@ Result<Metadata> parseHead(const std::string& text) {
   if (!parsed) {
     Error error = parsed.error();
     error.message = "its metadata " + error.message;
-    return pass(std::move(error));
+    return error;
   }
   const Json& head = *parsed;
   auto features = namesOf(head, "features");
-  if (!features) return pass(features.error());
+  if (!features) return features.error();
   for (const std::string& feature : *features) {
     if (std::ranges::find(t4d_layout::kFeatures, feature) == t4d_layout::kFeatures.end()) {
       return fail(
@@ -366,10 +366,10 @@ Result<Metadata> parseHead(const std::string& text) {
   Metadata metadata;
   metadata.features = std::move(*features);
   auto bodies = bodiesOf(head);
-  if (!bodies) return pass(bodies.error());
+  if (!bodies) return bodies.error();
   metadata.bodies = std::move(*bodies);
   auto grid = gridOf(head, metadata.features);
-  if (!grid) return pass(grid.error());
+  if (!grid) return grid.error();
   metadata.grid = *grid;
 
   Error wrong;
@@ -388,7 +388,7 @@ Result<Metadata> parseHead(const std::string& text) {
   optional("length_unit", metadata.lengthUnit);
   optional("time_unit", metadata.timeUnit);
   optional("up", metadata.up);
-  if (!wrong.message.empty()) return pass(wrong);
+  if (!wrong.message.empty()) return wrong;
   if (metadata.up != "y" && metadata.up != "z") {
     return invalid(fmt::format("its metadata's 'up' is '{}', not 'y' or 'z'", metadata.up));
   }

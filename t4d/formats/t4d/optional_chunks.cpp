@@ -59,8 +59,8 @@ Result<void> copyOptionalChunks(const OptionalChunks& chunks, ChunkWriter& into,
       return {};
     }
     const auto chunk = file.readChunk(header.offset, header.type);
-    if (!chunk) return pass(chunk.error());
-    if (auto put = into.putCopy(header, chunk->payload.bytes); !put) return pass(put.error());
+    if (!chunk) return chunk.error();
+    if (auto put = into.putCopy(header, chunk->payload.bytes); !put) return put.error();
     return {};
   });
 }

@@ -186,11 +186,11 @@ Result<Page> decodePage(const PayloadView& payload, const Features& features,
   }
   const std::uint64_t begin = offset - distance;
   auto places = takeArrayOf(from, model::ScalarType::UInt64, 1, features);
-  if (!places) return pass(places.error());
+  if (!places) return places.error();
   auto earlier = takeHeaders(from, features, 0);
-  if (!earlier) return pass(earlier.error());
+  if (!earlier) return earlier.error();
   auto chunks = takeHeaders(from, features, begin);
-  if (!chunks) return pass(chunks.error());
+  if (!chunks) return chunks.error();
   Page page;
   if (places->rows != earlier->size()) return invalid("it has not a place for each chunk before");
   for (std::size_t i = 0; i < earlier->size(); ++i) {
@@ -212,7 +212,7 @@ Result<Page> decodePage(const PayloadView& payload, const Features& features,
   auto taken = takeSlabs(from, page.slabs, features);
   if (taken) taken = checkEnd(from);
   if (taken) taken = placeSlabs(page.chunks, page.slabs);
-  if (!taken) return pass(taken.error());
+  if (!taken) return taken.error();
   return page;
 }
 
@@ -311,7 +311,7 @@ PayloadWriter encodePageList(const PageList& list) {
 Result<std::optional<PageList>> readPageList(const ChunkFile& file, std::uint64_t done,
                                              const std::vector<BodySummary>& bodies) {
   const auto end = file.readLength(done);
-  if (!end) return pass(end.error());
+  if (!end) return end.error();
   // Of other files these are any bytes.
   if (*end % kAlignment != 0 || *end < kChunkHeaderBytes || *end > done - kFileHeaderBytes) {
     return std::nullopt;
@@ -319,7 +319,7 @@ Result<std::optional<PageList>> readPageList(const ChunkFile& file, std::uint64_
   const std::uint64_t offset = done - *end;
   const auto header = file.readChunkHeader(offset);
   if (!header) {
-    if (header.error().code == ErrorCode::Io) return pass(header.error());
+    if (header.error().code == ErrorCode::Io) return header.error();
     return std::nullopt;
   }
   if (header->type != kPageList || header->end() != done) return std::nullopt;
@@ -327,7 +327,7 @@ Result<std::optional<PageList>> readPageList(const ChunkFile& file, std::uint64_
     return file.damaged(offset, "PGIX: " + error.message);
   };
   const auto payload = file.readPayload(*header);
-  if (!payload) return pass(payload.error());
+  if (!payload) return payload.error();
   if (header->blocks > 0) return wrong({ErrorCode::InvalidInput, "it has blocks"});
   auto list = decodePageList(payload->view, offset);
   if (!list) return wrong(list.error());
@@ -345,7 +345,7 @@ Result<Page> readPage(const ChunkFile& file, const PageList& list, std::size_t n
   }
   file.plan(std::array{ByteRange{entry.offset, next}});
   const auto chunk = file.readChunk(entry.offset, kPage);
-  if (!chunk) return pass(chunk.error());
+  if (!chunk) return chunk.error();
   const auto wrong = [&](const Error& error) {
     return file.damaged(entry.offset, "PAGE: " + error.message);
   };
@@ -376,7 +376,7 @@ Result<SlabList> checkPages(const ChunkFile& file, const PageList& list, const C
   std::size_t slab = 0;  // the next of the slabs among them
   for (std::size_t i = 0; i < list.pages.size(); ++i) {
     const auto page = readPage(file, list, i, features);
-    if (!page) return pass(page.error());
+    if (!page) return page.error();
     const auto wrong = [&](const std::string& message) {
       return file.damaged(list.pages[i].offset, "PAGE: " + message);
     };

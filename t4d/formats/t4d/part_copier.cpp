@@ -99,11 +99,11 @@ Result<std::uint64_t> PartCopier::copy(const ChunkHeader& header,
 
 Result<bool> PartCopier::isSame(const Stored& one, const ChunkHeader& other) const {
   const auto file = ChunkFile::open(one.file);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   const auto before = file->readPayload(one.header);
-  if (!before) return pass(before.error());
+  if (!before) return before.error();
   const auto now = file_->readPayload(other);
-  if (!now) return pass(now.error());
+  if (!now) return now.error();
   return before->bytes == now->bytes;
 }
 
@@ -146,7 +146,7 @@ Result<std::uint64_t> PartCopier::nameable(std::uint64_t offset, ChunkType type)
   const std::uint64_t placed = placed_.at(offset);
   if (window_.find(type, placed) != nullptr) return placed;
   const auto chunk = into_.read(*file_, *given_.find(type, offset));
-  if (!chunk) return pass(chunk.error());
+  if (!chunk) return chunk.error();
   const auto again = copy(chunk->header, chunk->payload.bytes);
   if (again) placed_[offset] = *again;
   return again;
@@ -159,21 +159,21 @@ Result<void> PartCopier::put(const ChunkFile::Chunk& chunk) {
   if (atSeam_.contains(header.offset)) return {};
   if (header.type == kConnectivity) {
     const auto taken = takeStored(chunk);
-    if (!taken) return pass(taken.error());
+    if (!taken) return taken.error();
     if (*taken) return {};
   }
   Result<std::uint64_t> offset;
   if (header.type == kPose) {
     const std::uint64_t old = layerOf(chunk);
     const auto layer = nameable(old, kLayer);
-    if (!layer) return pass(layer.error());
+    if (!layer) return layer.error();
     Changed changed(header, chunk.payload.bytes);
     changed.setDistance(kLayerOfPoseAt, into_.file().size() - *layer);
     offset = copy(changed.header(), changed.payload(), changed.isChanged());
   } else {
     offset = copy(header, chunk.payload.bytes);
   }
-  if (!offset) return pass(offset.error());
+  if (!offset) return offset.error();
   placed_[header.offset] = *offset;
   if (header.type == kConnectivity) store(chunk, *offset);
   return {};
@@ -193,7 +193,7 @@ Result<void> PartCopier::putSlab(const ChunkFile::Chunk& chunk, const IndexRecor
     const auto placed = nameable(part, given_.find(kConnectivity, part) != nullptr ? kConnectivity
                                        : given_.find(kLayer, part) != nullptr      ? kLayer
                                                                                    : kPose);
-    if (!placed) return pass(placed.error());
+    if (!placed) return placed.error();
     part = *placed;
   }
   const auto distance = [&](std::uint64_t part) {
@@ -206,7 +206,7 @@ Result<void> PartCopier::putSlab(const ChunkFile::Chunk& chunk, const IndexRecor
   changed.setDistance(kPartsOfSlabAt + 8, moved.lower);
   changed.setDistance(kPartsOfSlabAt + 16, moved.upper);
   const auto offset = copy(changed.header(), changed.payload(), changed.isChanged());
-  if (!offset) return pass(offset.error());
+  if (!offset) return offset.error();
   into_.file().addSlab({*offset, record.slabBytes, moved, record.time, record.extent});
   upperOfBody = parts[2];
   upperThere = record.upper();

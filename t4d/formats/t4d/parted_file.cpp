@@ -49,10 +49,10 @@ class OpenParts {
   Result<FilePointer> open(std::size_t number) const {
     const ManifestPart& part = manifest_.parts[number];
     auto source = openPart(part, name_);
-    if (!source) return pass(source.error());
+    if (!source) return source.error();
     auto opened = T4dReader::File::openOne(std::move(*source), T4dOpen::Whole, {}, kAnyCells);
-    if (!opened) return pass(inPart(opened.error(), part, name_));
-    if (auto same = checkPart(part, **opened); !same) return pass(same.error());
+    if (!opened) return inPart(opened.error(), part, name_);
+    if (auto same = checkPart(part, **opened); !same) return same.error();
     return FilePointer(opened->release(), [closed = closed_](const T4dReader::File* file) {
       const std::scoped_lock lock(closed->mutex);
       closed->bytes += file->bytesRead();
@@ -109,7 +109,7 @@ GroupedBody bodyOf(const OpenParts& parts, std::size_t body) {
   const auto open = [&parts,
                      body](std::size_t part) -> Result<std::shared_ptr<const model::Source>> {
     const auto file = parts.get(part);
-    if (!file) return pass(file.error());
+    if (!file) return file.error();
     return std::shared_ptr<const model::Source>(*file, &(*file)->body(body));
   };
   return {std::move(groups), open};
@@ -131,7 +131,7 @@ OptionalChunks::Walk walkOf(const OpenParts& parts) {
     for (std::size_t i = 0; i < parts.manifest().parts.size(); ++i) {
       if (!hasSome(parts.manifest().parts[i])) continue;
       const auto file = parts.get(i);
-      if (!file) return pass(file.error());
+      if (!file) return file.error();
       auto walked = (*file)->optionalChunks().each([&](const ChunkFile& from,
                                                        const ChunkHeader& header) -> Result<void> {
         return taken.insert(encodeChunkHeader(header)).second ? take(from, header) : Result<void>();
@@ -166,11 +166,11 @@ class PartedFile : public T4dReader::File {
     const std::vector<ManifestPart>& said = parts_.manifest().parts;
     std::vector<std::filesystem::path> places;
     for (std::size_t i = 0; i < said.size(); ++i) {
-      if (const auto opened = parts_.get(i); !opened) return pass(opened.error());
+      if (const auto opened = parts_.get(i); !opened) return opened.error();
       places.push_back(said[i].place);
     }
     const auto found = describeParts(places, progress);
-    if (!found) return pass(found.error());
+    if (!found) return found.error();
     for (std::size_t i = 0; i < said.size(); ++i) {
       if (auto same = checkSame(said[i], found->parts[i]); !same) return same;
     }
@@ -203,7 +203,7 @@ class PartedFile : public T4dReader::File {
   Result<T4dSlab> slabContents(std::size_t body, std::size_t slab) const override {
     const auto [part, number] = bodies_[body].placeOf(slab);
     const auto file = parts_.get(part);
-    if (!file) return pass(file.error());
+    if (!file) return file.error();
     return (*file)->slabContents(body, number);
   }
   const std::optional<Error>& damage() const override { return damage_; }
@@ -255,15 +255,15 @@ Result<std::unique_ptr<T4dReader::File>> T4dReader::File::openParts(
     std::optional<std::uint64_t> maxCells) {
   const std::string name = shownName(pathOrUrl.native());
   auto manifest = readManifest(pathOrUrl);
-  if (!manifest) return pass(manifest.error());
+  if (!manifest) return manifest.error();
   if (how == T4dOpen::FromFront) {
     return fail(ErrorCode::Unsupported, "is a file in parts; read the parts one by one", name);
   }
-  if (auto there = checkPartsAreThere(*manifest, name); !there) return pass(there.error());
+  if (auto there = checkPartsAreThere(*manifest, name); !there) return there.error();
   auto file = std::make_unique<PartedFile>(std::move(*manifest), name);
-  if (auto few = file->checkCells(maxCells); !few) return pass(few.error());
+  if (auto few = file->checkCells(maxCells); !few) return few.error();
   if (how == T4dOpen::Checked) {
-    if (auto sound = file->check(progress); !sound) return pass(sound.error());
+    if (auto sound = file->check(progress); !sound) return sound.error();
   }
   return file;
 }

@@ -33,7 +33,7 @@ Result<std::unique_ptr<PipeSource>> PipeSource::open(const std::filesystem::path
   }
   std::unique_ptr<PipeSource> source(new PipeSource(name, descriptor));
   if (S_ISDIR(status.st_mode)) return fail(ErrorCode::Io, "is a folder", name);
-  if (auto filled = source->fill(); !filled) return pass(filled.error());
+  if (auto filled = source->fill(); !filled) return filled.error();
   return source;
 }
 
@@ -97,9 +97,9 @@ Result<void> PipeSource::read(std::uint64_t offset, std::span<std::byte> into) {
     }
     if (kept_->atEnd) {
       const std::uint64_t end = kept_->end + have;
-      return pass(Error{ErrorCode::InvalidInput,
-                        "the file ends here, before the end of what it says comes: it is truncated",
-                        fmt::format("{}: byte {}", name_, end), end});
+      return Error{ErrorCode::InvalidInput,
+                   "the file ends here, before the end of what it says comes: it is truncated",
+                   fmt::format("{}: byte {}", name_, end), end};
     }
     const std::size_t some = std::min(bytes.size() - have, kept_->ahead.size() - kept_->aheadBegin);
     std::memcpy(bytes.data() + have, kept_->ahead.data() + kept_->aheadBegin, some);

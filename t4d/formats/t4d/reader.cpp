@@ -37,10 +37,10 @@ namespace {
 /// is then there to be read again.
 Result<Beginning> readCopyOfBeginning(ChunkFile& file) {
   auto footer = file.readFooter();
-  if (!footer) return pass(footer.error());
+  if (!footer) return footer.error();
   file.plan(std::array{ByteRange{std::min(footer->done, file.size()), file.size()}});
   auto ending = readEnding(file, Features{});
-  if (!ending) return pass(ending.error());
+  if (!ending) return ending.error();
   Index& index = ending->index;
   const auto isHead = [&](const ChunkHeader& chunk) {
     return chunk.type == kHead && chunk.payloadBytes == index.head.size() &&
@@ -50,9 +50,9 @@ Result<Beginning> readCopyOfBeginning(ChunkFile& file) {
     return file.damaged(ending->offset, "INDX: its copy of HEAD is different");
   }
   auto header = file.decodeHeader(index.fileHeader);
-  if (!header) return pass(header.error());
+  if (!header) return header.error();
   auto head = decodeHead(file, index.chunks.front(), std::move(index.head));
-  if (!head) return pass(head.error());
+  if (!head) return head.error();
   return Beginning{*header, std::move(*head)};
 }
 
@@ -80,14 +80,14 @@ Result<std::optional<PagedEnding>> readPagedEnding(const ChunkFile& file,
     return std::nullopt;
   }
   const auto chunk = file.readChunk(footer.done, kDone);
-  if (!chunk) return pass(chunk.error());
+  if (!chunk) return chunk.error();
   auto done = decodeDone(chunk->payload.view);
   if (!done) return file.damaged(footer.done, "DONE: " + done.error().message);
   auto pages = readPageList(file, footer.done, done->bodies);
-  if (!pages) return pass(pages.error());
+  if (!pages) return pages.error();
   if (!*pages) return std::nullopt;
   const auto index = file.readPartly(footer.index, kIndex);
-  if (!index) return pass(index.error());
+  if (!index) return index.error();
   if (checksumOf(index->header()) != footer.indexChecksum) {
     return file.damaged(file.size() - kFooterBytes, "the footer is that of another index");
   }
@@ -98,7 +98,7 @@ Result<std::optional<PagedEnding>> readPagedEnding(const ChunkFile& file,
   if (!packed || packed->blocks.empty()) return file.damaged(footer.index, "INDX: it has no HEAD");
   std::string head;
   for (const auto& block : packed->blocks) {
-    if (auto loaded = index->load(block); !loaded) return pass(loaded.error());
+    if (auto loaded = index->load(block); !loaded) return loaded.error();
     head.append(reinterpret_cast<const char*>(block.data()), block.size());
   }
   const ChunkHeader& known = (**pages).head;
@@ -107,9 +107,9 @@ Result<std::optional<PagedEnding>> readPagedEnding(const ChunkFile& file,
     return file.damaged(footer.index, "INDX: its copy of HEAD is different");
   }
   auto header = file.decodeHeader(fileHeader.first<kFileHeaderCopyBytes>());
-  if (!header) return pass(header.error());
+  if (!header) return header.error();
   auto decoded = decodeHead(file, known, std::move(head));
-  if (!decoded) return pass(decoded.error());
+  if (!decoded) return decoded.error();
   if (decoded->metadata.bodies.size() != done->bodies.size()) {
     return file.damaged(footer.done, "DONE: it has other bodies than HEAD");
   }
@@ -152,13 +152,13 @@ class OneFile : public T4dReader::File {
                     std::optional<std::uint64_t> maxCells) {
     if (how == T4dOpen::Whole && file_.size() > kSmallIndex) {
       const auto paged = openPages(maxCells);
-      if (!paged) return pass(paged.error());
+      if (!paged) return paged.error();
       if (*paged) return {};
     }
     auto beginning = file_.remote() && how == T4dOpen::Whole
                          ? orFront(file_, readCopyOfBeginning(file_))
                          : readBeginning(file_);
-    if (!beginning) return pass(beginning.error());
+    if (!beginning) return beginning.error();
     const ChunkFile::Header* header = &beginning->header;
     const Head* head = &beginning->head;
     version_ = {header->major, header->minor};
@@ -170,7 +170,7 @@ class OneFile : public T4dReader::File {
     std::vector<IndexRecord> records;
     if (indexed_ && how == T4dOpen::Whole) {
       auto ending = readEnding(file_, head->features);
-      if (!ending && file_.remote()) return pass(ending.error());
+      if (!ending && file_.remote()) return ending.error();
       if (!ending) return cutOff(ending.error(), head->header.end());
       if (auto checked = checkEnding(file_, *ending, *header, *head); !checked) return checked;
       if (auto checked = checkRecords(file_, *ending, bodyCount); !checked) return checked;
@@ -192,7 +192,7 @@ class OneFile : public T4dReader::File {
           damage_ = tail.error();
         } else if (how != T4dOpen::FromFront) {
           const auto paged = openPages(maxCells);
-          if (!paged) return pass(paged.error());
+          if (!paged) return paged.error();
           if (*paged) return {};
           scan.slabs = std::move(*tail);  // the same, with what the index says of their contents
         }
@@ -208,7 +208,7 @@ class OneFile : public T4dReader::File {
       if (indexed_ && !damage_) addChunk(chunks_, kIndex, file_.size() - kFooterBytes - scan.end);
       file_.expectChunks(std::move(chunks));
       for (const IndexRecord& record : scan.slabs.all()) records.push_back(record);
-      if (damage_ && how != T4dOpen::FromFront) return pass(*damage_);
+      if (damage_ && how != T4dOpen::FromFront) return *damage_;
       doneOffset_ = scan.doneOffset;
       done = scan.done ? std::move(*scan.done) : foundSoFar(records, bodyCount);
     }
@@ -249,7 +249,7 @@ class OneFile : public T4dReader::File {
   Result<T4dSlab> slabContents(std::size_t body, std::size_t slab) const override {
     if (!paged_.empty()) {
       const auto place = openGroup(body, slab);
-      if (!place) return pass(place.error());
+      if (!place) return place.error();
       const auto& [source, number] = *place;
       const SlabExtent& extent = *source->record(number).extent;
       return T4dSlab{source->timeSpan(number), extent.cells, extent.bounds};
@@ -258,7 +258,7 @@ class OneFile : public T4dReader::File {
     std::optional<SlabExtent> extent = source.record(slab).extent;
     if (!extent) {
       auto whole = source.slab(slab);
-      if (!whole) return pass(whole.error());
+      if (!whole) return whole.error();
       extent = extentOf(**whole);
     }
     return T4dSlab{source.timeSpan(slab), extent->cells, extent->bounds};
@@ -290,7 +290,7 @@ class OneFile : public T4dReader::File {
     const std::uint64_t begin = footer.done - std::min(footer.done, kListBytes);
     file_.plan(std::array{ByteRange{begin, std::min(file_.size(), footer.done + kFrontBytes)}});
     auto found = readPagedEnding(file_, footer);
-    if (!found) return pass(found.error());
+    if (!found) return found.error();
     if (!*found) return false;
     PagedEnding& ending = **found;
     version_ = {ending.beginning.header.major, ending.beginning.header.minor};
@@ -299,7 +299,7 @@ class OneFile : public T4dReader::File {
     features_ = ending.beginning.head.features;
     summaries_ = std::move(ending.done.bodies);
     doneOffset_ = footer.done;
-    if (auto few = checkWork(maxCells); !few) return pass(few.error());
+    if (auto few = checkWork(maxCells); !few) return few.error();
     list_ = std::move(ending.pages);
     chunks_ = list_.chunks;
     addChunk(chunks_, kPageList, footer.done - list_.offset);
@@ -328,25 +328,25 @@ class OneFile : public T4dReader::File {
 
   Result<SlabsOfPage> slabsOfPage(std::uint32_t body, std::size_t group) const {
     const auto page = pages_.get(pageNumbers_[body][group]);
-    if (!page) return pass(page.error());
+    if (!page) return page.error();
     return SlabsOfPage(*page, &(*page)->bodies.at(body));
   }
   Result<std::shared_ptr<const model::Source>> slabsOf(std::uint32_t body,
                                                        std::size_t group) const {
     auto slabs = slabsOfPage(body, group);
-    if (!slabs) return pass(slabs.error());
+    if (!slabs) return slabs.error();
     return std::shared_ptr<const model::Source>(std::move(*slabs));
   }
   Result<std::pair<SlabsOfPage, std::size_t>> openGroup(std::size_t body, std::size_t slab) const {
     const auto [group, number] = paged_[body].placeOf(slab);
     auto slabs = slabsOfPage(static_cast<std::uint32_t>(body), group);
-    if (!slabs) return pass(slabs.error());
+    if (!slabs) return slabs.error();
     return std::pair(std::move(*slabs), number);
   }
 
   Result<std::shared_ptr<const OpenPage>> openPage(std::size_t number) const {
     auto page = withinMemory(name(), [&] { return readPage(file_, list_, number, features_); });
-    if (!page) return pass(page.error());
+    if (!page) return page.error();
     auto open = std::make_shared<OpenPage>(file_.withChunks(std::move(page->chunks)));
     for (const IndexRecord& record : page->slabs) {
       auto found = open->bodies.find(record.parts.body);
@@ -369,7 +369,7 @@ class OneFile : public T4dReader::File {
     std::uint64_t next = 0;  // chunks before it are known
     for (std::size_t i = 0; i < list_.pages.size(); ++i) {
       const auto page = readPage(file_, list_, i, features_);
-      if (!page) return pass(page.error());
+      if (!page) return page.error();
       for (const ChunkHeader& chunk : page->chunks) {
         if (chunk.offset < next || !isUnknown(chunk.type)) continue;
         if (auto taken = take(file_, chunk); !taken) return taken;
@@ -395,7 +395,7 @@ class OneFile : public T4dReader::File {
       error.message += fmt::format("; {} intact {} before byte {}", intact,
                                    intact == 1 ? "slab comes" : "slabs come", scan.end);
     }
-    return pass(std::move(error));
+    return error;
   }
 
   static Done foundSoFar(const std::vector<IndexRecord>& records, std::size_t bodyCount) {
@@ -434,7 +434,7 @@ Result<std::unique_ptr<T4dReader::File>> T4dReader::File::openOne(
   auto file = std::make_unique<OneFile>(ChunkFile(std::move(source)));
   const std::string name = file->name();
   auto opened = withinMemory(name, [&] { return file->open(how, progress, maxCells); });
-  if (!opened) return pass(opened.error());
+  if (!opened) return opened.error();
   return file;
 }
 
@@ -449,11 +449,11 @@ Result<T4dReader> T4dReader::open(const std::filesystem::path& pathOrUrl, T4dOpe
   const auto open = [&]() -> Result<std::unique_ptr<File>> {
     if (isManifest(pathOrUrl)) return File::openParts(pathOrUrl, how, progress, maxCells);
     auto source = openByteSource(pathOrUrl);
-    if (!source) return pass(source.error());
+    if (!source) return source.error();
     return File::openOne(std::move(*source), how, progress, maxCells);
   };
   auto file = open();
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   return T4dReader(std::move(*file));
 }
 
@@ -489,7 +489,7 @@ Result<void> T4dReader::readThrough(std::size_t index, model::Sink& sink,
 Result<void> checkT4dFile(const std::filesystem::path& path, const model::Progress& progress) {
   model::NullSink nowhere;
   auto reader = T4dReader::open(path, T4dOpen::Checked, progress, kAnyCells);
-  if (!reader) return pass(reader.error());
+  if (!reader) return reader.error();
   for (std::size_t i = 0; i < reader->bodyCount(); ++i) {
     if (auto read = reader->readThrough(i, nowhere); !read) return read;
   }

@@ -63,7 +63,7 @@ class T4dSalvage::File {
       }
     }
     chooseBodies(!judged || !lost_.empty());
-    if (chosen_.empty() && notT4d_ && !foundChunk_) return pass(*notT4d_);
+    if (chosen_.empty() && notT4d_ && !foundChunk_) return *notT4d_;
     std::stable_sort(lost_.begin(), lost_.end(),
                      [](const T4dLoss& a, const T4dLoss& b) { return a.offset < b.offset; });
     return {};
@@ -95,7 +95,7 @@ class T4dSalvage::File {
     if (header) {
       indexed_ = header->indexed;
     } else {
-      if (header.error().code == ErrorCode::Unsupported) return pass(header.error());
+      if (header.error().code == ErrorCode::Unsupported) return header.error();
       notT4d_ = header.error();
       lose(header.error().offset.value_or(0), header.error().message);
     }
@@ -118,7 +118,7 @@ class T4dSalvage::File {
       foundChunk_ = true;
       return {};
     }
-    if (head.error().code == ErrorCode::Unsupported) return pass(head.error());
+    if (head.error().code == ErrorCode::Unsupported) return head.error();
     // Another chunk may be there instead.
     const auto chunk = file_.readChunkHeader(kFileHeaderBytes);
     if (chunk && chunk->type != kHead) {
@@ -384,10 +384,10 @@ T4dSalvage::~T4dSalvage() = default;
 Result<T4dSalvage> T4dSalvage::open(const std::filesystem::path& path,
                                     const model::Progress& progress) {
   auto chunkFile = openLocal(path);
-  if (!chunkFile) return pass(chunkFile.error());
+  if (!chunkFile) return chunkFile.error();
   auto file = std::make_unique<File>(std::move(*chunkFile));
   auto done = withinMemory(path.string(), [&] { return file->run(true, progress); });
-  if (!done) return pass(done.error());
+  if (!done) return done.error();
   return T4dSalvage(std::move(file));
 }
 

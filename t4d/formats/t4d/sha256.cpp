@@ -15,7 +15,7 @@ Result<std::string> sha256Of(ByteSource& file, const model::Progress& progress) 
   std::vector<std::byte> bytes;
   for (std::uint64_t at = 0; at < file.size(); at += bytes.size()) {
     bytes.resize(std::min(kStep, file.size() - at));
-    if (auto done = file.read(at, bytes); !done) return pass(done.error());
+    if (auto done = file.read(at, bytes); !done) return done.error();
     SHA256Update(&context, reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
     if (progress) progress(static_cast<double>(at) / static_cast<double>(file.size()));
   }

@@ -73,7 +73,7 @@ class RoomForParts : public CopyTarget {
 
   Result<ChunkFile::Chunk> read(const ChunkFile& from, const ChunkHeader& known) const override {
     auto front = from.readFront(known);
-    if (!front) return pass(front.error());
+    if (!front) return front.error();
     return ChunkFile::Chunk{known, {std::move(*front), {}}};
   }
 
@@ -84,7 +84,7 @@ class RoomForParts : public CopyTarget {
     if (!offset) return offset;
     const std::uint64_t stored = changed ? t4d_layout::kChunkHeaderBytes + front.size() : 0;
     const auto added = add({chunk.offset + stored, *offset + stored, chunk.bytes() - stored});
-    return added ? offset : pass(added.error());
+    return added ? offset : added.error();
   }
 
   Result<void> atBorder() override {
@@ -152,14 +152,14 @@ std::string planText(const Plan& plan) {
 }
 
 Result<Plan> parsePlan(const std::string& text, const std::string& name) {
-  if (auto sound = checkJson(text, name); !sound) return pass(sound.error());
+  if (auto sound = checkJson(text, name); !sound) return sound.error();
   const ordered_json json = ordered_json::parse(text, nullptr, false);
   MemberReader from(json, "the plan");
   const std::uint64_t version = from.count("joining");
   Plan plan;
   plan.bytes = from.count("bytes");
   const ordered_json& parts = from.array("parts");
-  if (auto sound = from.result(); !sound) return pass(sound.error());
+  if (auto sound = from.result(); !sound) return sound.error();
   if (version != kPlanVersion) {
     return fail(
         ErrorCode::Unsupported,
@@ -176,7 +176,7 @@ Result<Plan> parsePlan(const std::string& text, const std::string& name) {
     part.runs = {runs, runs + row.count("runs")};
     part.checksum = row.hex("checksum", 2 * sizeof(std::uint32_t));
     part.place = {row.count("begin"), row.count("end")};
-    if (auto sound = row.result(); !sound) return pass(sound.error());
+    if (auto sound = row.result(); !sound) return sound.error();
     if (part.place.begin < end || part.place.end < part.place.begin ||
         part.place.end > plan.bytes) {
       return invalid(fmt::format("part {} has no place in the file", plan.parts.size() + 1));
@@ -208,7 +208,7 @@ Result<Plan> readPlan(const fs::path& into) {
         into.string());
   }
   const auto file = readInputFile(name);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   auto plan = parsePlan(file->bytes, name.string());
   if (!plan) {
     return fail(plan.error().code,
@@ -234,7 +234,7 @@ Result<void> checkTarget(const fs::path& into, const fs::path& folder) {
     return fail(ErrorCode::Options, "is no regular file, and cannot be written by many processes",
                 into.string());
   }
-  if (const auto possible = OutputFile::create(into); !possible) return pass(possible.error());
+  if (const auto possible = OutputFile::create(into); !possible) return possible.error();
   if (isPlanned(folder)) {
     return fail(ErrorCode::Failed,
                 fmt::format("a join into this file is planned already; finish it, or remove the "
@@ -271,9 +271,9 @@ Result<std::vector<PlannedPart>> identify(const std::vector<JoinedPart>& parts,
   std::vector<PlannedPart> planned;
   for (const JoinedPart& part : parts) {
     auto file = openByteSource(part.place);
-    if (!file) return pass(file.error());
+    if (!file) return file.error();
     auto footer = footerOf(**file);
-    if (!footer) return pass(footer.error());
+    if (!footer) return footer.error();
     PlannedPart one;
     const bool remote = !schemeOf(part.place.native()).empty();
     one.file.path =
@@ -301,23 +301,23 @@ Result<std::unique_ptr<ByteSource>> openPlanned(const ManifestPart& part) {
 Result<JoinReport> writePlan(const Joiner& joiner, const fs::path& folder,
                              std::vector<PlannedPart> parts, const model::Progress& progress) {
   auto runs = OutputFile::create(folder / kRunsName);
-  if (!runs) return pass(runs.error());
+  if (!runs) return runs.error();
   auto file = joiner.beginFile(folder / kMeshName);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   RoomForParts room(*file, *runs);
   auto report = joiner.write(room, progress);
   if (!report) return report;
-  if (auto done = runs->commit(); !done) return pass(done.error());
+  if (auto done = runs->commit(); !done) return done.error();
   for (std::size_t i = 0; i < parts.size(); ++i) room.describe(i, parts[i]);
   const std::string text = planText({folder, report->bytes, std::move(parts)});
   const auto written = writeOutputFile(folder / kPlanName, text);
-  return written ? report : pass(written.error());
+  return written ? report : written.error();
 }
 
 Result<std::vector<Run>> readRuns(const Plan& plan, const PlannedPart& part) {
   const fs::path name = plan.folder / kRunsName;
   auto file = openFileSource(name);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   const auto wrong = [&] {
     return fail(ErrorCode::InvalidInput, "is not what the plan says: it is damaged", name.string());
   };
@@ -325,7 +325,7 @@ Result<std::vector<Run>> readRuns(const Plan& plan, const PlannedPart& part) {
   std::vector<Run> runs(part.runs.size());
   const auto bytes = std::as_writable_bytes(std::span(runs));
   if (auto done = (*file)->read(part.runs.begin * sizeof(Run), bytes); !done) {
-    return pass(done.error());
+    return done.error();
   }
   if (fmt::format("{:08x}", system::crc32c(bytes.data(), bytes.size())) != part.checksum) {
     return wrong();
@@ -356,11 +356,11 @@ Result<void> copyRun(ByteSource& from, const Run& run, OutputFile& into,
 Result<void> checkCopy(const Plan& plan, const PlannedPart& part,
                        const std::function<void(std::uint64_t)>& checked) {
   const auto file = ChunkFile::open(plan.folder / kMeshName);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   for (std::uint64_t at = part.place.begin; at < part.place.end;) {
     const auto header = file->readChunkHeader(at);
-    if (!header) return pass(header.error());
-    if (auto payload = file->readPayload(*header); !payload) return pass(payload.error());
+    if (!header) return header.error();
+    if (auto payload = file->readPayload(*header); !payload) return payload.error();
     checked(header->bytes());
     at = header->end();
   }
@@ -369,11 +369,11 @@ Result<void> checkCopy(const Plan& plan, const PlannedPart& part,
 
 Result<void> copyPart(const Plan& plan, const PlannedPart& part, const model::Progress& progress) {
   const auto from = openPlanned(part.file);
-  if (!from) return pass(from.error());
+  if (!from) return from.error();
   const auto runs = readRuns(plan, part);
-  if (!runs) return pass(runs.error());
+  if (!runs) return runs.error();
   auto into = OutputFile::openToRewrite(plan.folder / kMeshName, OutputFile::Sharing::Shared);
-  if (!into) return pass(into.error());
+  if (!into) return into.error();
   std::uint64_t done = 0;
   const auto add = [&](std::uint64_t bytes) {
     done += bytes;
@@ -443,7 +443,7 @@ Result<void> removePlan(const fs::path& folder, const fs::path& into) {
 /// The report on the joined file, at `place`.
 Result<JoinReport> reportOf(const Plan& plan, const fs::path& place) {
   const auto reader = T4dReader::open(place, T4dOpen::Whole, {}, kAnyCells);
-  if (!reader) return pass(reader.error());
+  if (!reader) return reader.error();
   if (reader->fileBytes() != plan.bytes) {
     return fail(ErrorCode::InvalidInput,
                 fmt::format("has {} bytes, and {} were planned: the plan, or this, is damaged",
@@ -475,44 +475,44 @@ Result<void> nameMesh(const fs::path& mesh, const fs::path& into) {
 Result<JoinReport> planJoin(const std::vector<fs::path>& files, const fs::path& into,
                             const model::Progress& progress) {
   const fs::path folder = folderOf(into);
-  if (auto free = checkTarget(into, folder); !free) return pass(free.error());
+  if (auto free = checkTarget(into, folder); !free) return free.error();
   const auto parts = joinedParts(files);
-  if (!parts) return pass(parts.error());
+  if (!parts) return parts.error();
   Joiner joiner;
   if (auto read = joiner.addAll(*parts, model::partOf(progress, 0, Joiner::kReading)); !read) {
-    return pass(read.error());
+    return read.error();
   }
   auto planned = identify(*parts, baseOf(folder));
-  if (!planned) return pass(planned.error());
+  if (!planned) return planned.error();
   const auto temporary = system::TemporaryFolder::createIn(
       baseOf(folder), fmt::format(".{}-", folder.filename().string()));
-  if (!temporary) return pass(temporary.error());
+  if (!temporary) return temporary.error();
   auto report = withinMemory(into.string(), [&] {
     return writePlan(joiner, temporary->path(), std::move(*planned),
                      model::partOf(progress, Joiner::kReading, 1));
   });
   if (report) {
     if (auto room = checkRoom(temporary->path(), report->bytes, into); !room) {
-      return pass(room.error());
+      return room.error();
     }
-    if (auto placed = place(*temporary, folder, into); !placed) return pass(placed.error());
+    if (auto placed = place(*temporary, folder, into); !placed) return placed.error();
     return report;
   }
   Error error = report.error();
   if (error.where.starts_with(temporary->path().string())) error.where = into.string();
-  return pass(std::move(error));
+  return error;
 }
 
 Result<std::uint64_t> plannedParts(const fs::path& into) {
   const auto plan = readPlan(into);
-  if (!plan) return pass(plan.error());
+  if (!plan) return plan.error();
   return plan->parts.size();
 }
 
 Result<SharedCopy> copyPlannedParts(const fs::path& into, const model::Part& share,
                                     const model::Progress& progress) {
   const auto plan = readPlan(into);
-  if (!plan) return pass(plan.error());
+  if (!plan) return plan.error();
   const model::PartRange own = share.of(plan->parts.size());
   SharedCopy copied;
   for (std::uint64_t i = own.begin; i < own.end; ++i) {
@@ -524,11 +524,11 @@ Result<SharedCopy> copyPlannedParts(const fs::path& into, const model::Part& sha
       return copyPart(*plan, part, model::eachOf(progress, i - own.begin, own.size()));
     });
     if (!done) {
-      if (isPlanned(plan->folder)) return pass(done.error());
+      if (isPlanned(plan->folder)) return done.error();
       return fail(ErrorCode::Failed, "the join was finished, or given up, meanwhile",
                   into.string());
     }
-    if (auto marked = writeOutputFile(mark, ""); !marked) return pass(marked.error());
+    if (auto marked = writeOutputFile(mark, ""); !marked) return marked.error();
     ++copied.parts;
     copied.bytes += part.place.size();
   }
@@ -537,21 +537,21 @@ Result<SharedCopy> copyPlannedParts(const fs::path& into, const model::Part& sha
 
 Result<JoinReport> finishJoin(const fs::path& into) {
   const auto plan = readPlan(into);
-  if (!plan) return pass(plan.error());
+  if (!plan) return plan.error();
   const fs::path mesh = plan->folder / kMeshName;
   std::error_code ignored;
   // Otherwise it has been finished, but for the folder.
   const bool isThere = fs::exists(mesh, ignored);
   if (isThere) {
-    if (auto complete = checkMesh(*plan, into); !complete) return pass(complete.error());
+    if (auto complete = checkMesh(*plan, into); !complete) return complete.error();
   }
   auto report = reportOf(*plan, isThere ? mesh : into);
   if (!report) return report;
   if (isThere) {
-    if (auto named = nameMesh(mesh, into); !named) return pass(named.error());
+    if (auto named = nameMesh(mesh, into); !named) return named.error();
   }
   const auto removed = removePlan(plan->folder, into);
-  return removed ? std::move(report) : pass(removed.error());
+  return removed ? std::move(report) : removed.error();
 }
 
 }  // namespace t4d::formats

@@ -37,7 +37,7 @@ Result<std::shared_ptr<const model::Slab>> SlabSource::slab(std::size_t index) c
   if (!slab) {
     Error error = slab.error();
     error.message = fmt::format("slab {}: {}", index, error.message);
-    return pass(std::move(error));
+    return error;
   }
   return slab;
 }
@@ -53,7 +53,7 @@ Result<std::shared_ptr<const model::SlabBlocks>> SlabSource::blocks(std::size_t 
   if (file_->remote()) plan(index);
   auto slab = withinMemory(file_->path(),
                            [&] { return FileSlab::open(*file_, records_[index], features_); });
-  if (!slab) return pass(slab.error());
+  if (!slab) return slab.error();
   return std::shared_ptr<const model::SlabBlocks>(std::move(*slab));
 }
 
@@ -102,12 +102,12 @@ Result<std::shared_ptr<const model::Slab>> SlabSource::read(const IndexRecord& r
 Result<SlabSource::ConnectivityPointer> SlabSource::connectivity(std::uint64_t offset) const {
   const auto made = kept_->connectivities.get(offset, [&]() -> Result<ConnectivityPointer> {
     auto chunk = file_->readChunk(offset, kConnectivity);
-    if (!chunk) return pass(chunk.error());
+    if (!chunk) return chunk.error();
     auto decoded = decodeConnectivity(chunk->payload.view, features_);
     if (!decoded) return file_->damaged(offset, "CONN: " + decoded.error().message);
     return decoded;
   });
-  if (!made) return pass(made.error());
+  if (!made) return made.error();
   // It stays known while a slab has it, so that slabs which repeat it share one object.
   return ConnectivityPointer(*made, (*made)->get());
 }
@@ -119,13 +119,13 @@ Result<SlabSource::LayerPointer> SlabSource::layer(std::uint64_t offset) const {
 
 Result<SlabSource::DecodedLayer> SlabSource::readLayer(std::uint64_t offset) const {
   const auto header = file_->readChunkHeader(offset);
-  if (!header) return pass(header.error());
+  if (!header) return header.error();
   if (header->type != kLayer && header->type != kPose) {
     return file_->damaged(
         offset, fmt::format("a chunk {} is here, where a layer is expected", header->name()));
   }
   auto payload = file_->readPayload(*header);
-  if (!payload) return pass(payload.error());
+  if (!payload) return payload.error();
   if (header->type == kPose) return readPose(*header, *payload);
   const auto wrong = [&](const Error& error) {
     return file_->damaged(offset, "LAYR: " + error.message);
@@ -165,7 +165,7 @@ Result<SlabSource::DecodedLayer> SlabSource::readPose(const ChunkHeader& header,
     return wrong("it moves no LAYR that comes before it");
   }
   const auto from = reference(*place);
-  if (!from) return pass(from.error());
+  if (!from) return from.error();
   DecodedLayer layer;
   layer.attributes = (*from)->attributes;
   layer.pose = std::make_shared<const model::LayerPose>(
@@ -183,7 +183,7 @@ Result<SlabSource::ReferencePointer> SlabSource::reference(std::uint64_t offset)
 
 Result<SlabSource::Reference> SlabSource::readReference(std::uint64_t offset) const {
   auto chunk = file_->readChunk(offset, kLayer);
-  if (!chunk) return pass(chunk.error());
+  if (!chunk) return chunk.error();
   auto layer = decodeLayer(chunk->payload.view, features_);
   if (!layer) return file_->damaged(offset, "LAYR: " + layer.error().message);
   std::vector<model::Point4> vertices(layer->size());
@@ -197,7 +197,7 @@ Result<SlabSource::Reference> SlabSource::readReference(std::uint64_t offset) co
 Result<SlabSource::Parts> SlabSource::readParts(const IndexRecord& record) const {
   const ChunkFile& file = *file_;
   auto chunk = file.readChunk(record.slab, kSlab);
-  if (!chunk) return pass(chunk.error());
+  if (!chunk) return chunk.error();
   const auto wrong = [&](const std::string& message) {
     return file.damaged(record.slab, "SLAB: " + message);
   };
@@ -208,11 +208,11 @@ Result<SlabSource::Parts> SlabSource::readParts(const IndexRecord& record) const
     return wrong("the index says something else than the slab itself");
   }
   auto shared = connectivity(record.connectivity());
-  if (!shared) return pass(shared.error());
+  if (!shared) return shared.error();
   auto lower = layer(record.lower());
-  if (!lower) return pass(lower.error());
+  if (!lower) return lower.error();
   auto upper = layer(record.upper());
-  if (!upper) return pass(upper.error());
+  if (!upper) return upper.error();
   const Connectivity& counts = **shared;
   const std::uint64_t interior = counts.firstMean() - counts.lowerCount;
   if ((*lower)->vertices.size() != counts.lowerCount ||
@@ -228,7 +228,7 @@ Result<SlabSource::Parts> SlabSource::readParts(const IndexRecord& record) const
 
 Result<std::shared_ptr<const model::Slab>> SlabSource::readSlab(const IndexRecord& record) const {
   auto parts = readParts(record);
-  if (!parts) return pass(parts.error());
+  if (!parts) return parts.error();
   const auto wrong = [&](const std::string& message) {
     return file_->damaged(record.slab, "SLAB: " + message);
   };
@@ -283,11 +283,11 @@ Result<std::shared_ptr<const model::LayeredSlab>> SlabSource::readLayered(
     const IndexRecord& record) const {
   using Pointer = std::shared_ptr<const model::LayeredSlab>;
   const auto shared = connectivity(record.connectivity());
-  if (!shared) return pass(shared.error());
+  if (!shared) return shared.error();
   const Connectivity& counts = **shared;
   if (counts.means.size() == 0) return Pointer();
   auto parts = readParts(record);
-  if (!parts) return pass(parts.error());
+  if (!parts) return parts.error();
   const SlabChunk& own = parts->own;
   if (!parts->lower->attributes.empty() || !std::ranges::all_of(own.attributes, isOfCells) ||
       !parts->upper->attributes.empty()) {
@@ -304,7 +304,7 @@ Result<std::shared_ptr<const model::LayeredSlab>> SlabSource::readLayered(
             return checkAttributes(own.attributes, counts.vertexCount, counts.cells.size());
           })
           .and_then([&] { return checkStorable(counts.cellAttributes, own.attributes); });
-  if (!sound) return pass(sound.error());
+  if (!sound) return sound.error();
   SlabExtent extent{counts.cells.size(), {}};
   for (const auto* vertices : {&parts->lower->vertices, &own.interior, &parts->upper->vertices}) {
     for (const model::Point4& vertex : *vertices) extent.bounds.add(vertex.head<3>());

@@ -42,7 +42,7 @@ class T4dStream::File {
 
   Result<void> open() {
     auto beginning = readBeginning(file_);
-    if (!beginning) return pass(beginning.error());
+    if (!beginning) return beginning.error();
     header = beginning->header;
     head = std::move(beginning->head);
     const std::size_t bodyCount = head.metadata.bodies.size();
@@ -56,16 +56,16 @@ class T4dStream::File {
   Result<std::optional<Item>> next() {
     while (!scanner_->done()) {
       auto chunk = scanner_->next();
-      if (!chunk) return pass(chunk.error());
+      if (!chunk) return chunk.error();
       addChunk(chunks, chunk->type, chunk->bytes());
       if (!chunk->critical()) forget();
       if (chunk->type != kSlab) continue;
       auto slab = readSlab();
-      if (!slab) return pass(slab.error());
+      if (!slab) return slab.error();
       const IndexRecord record = scanner_->scan().slabs.back();
       return Item{record.parts.body, record.slab, std::move(*slab)};
     }
-    if (auto ended = end(); !ended) return pass(ended.error());
+    if (auto ended = end(); !ended) return ended.error();
     return std::nullopt;
   }
 
@@ -86,13 +86,13 @@ class T4dStream::File {
     if (!slab) {
       Error error = slab.error();
       error.message = fmt::format("slab {}: {}", tallies_[body].sum.slabs, error.message);
-      return pass(std::move(error));
+      return error;
     }
     (void)tallies_[body].put(**slab);
     cells_ += (*slab)->connectivity->cells.size();
     if (auto checked = checkCellCount(file_.path(), file_.knownBytes(), cells_, maxCells_);
         !checked) {
-      return pass(checked.error());
+      return checked.error();
     }
     if (header.indexed) extents_.push_back(extentOf(**slab));
     forget();
@@ -114,11 +114,11 @@ class T4dStream::File {
     std::uint64_t last = scan.end;
     if (header.indexed) {
       const auto index = file_.readChunkHeader(scan.end);
-      if (!index) return pass(index.error());
-      if (auto read = file_.readPayload(*index); !read) return pass(read.error());
+      if (!index) return index.error();
+      if (auto read = file_.readPayload(*index); !read) return read.error();
       addChunk(chunks, index->type, index->bytes());
       last = index->end() + kFooterBytes;
-      if (auto footer = file_.readFooter(last); !footer) return pass(footer.error());
+      if (auto footer = file_.readFooter(last); !footer) return footer.error();
     }
     file_.plan({});
     if (file_.size() != last) {
@@ -127,7 +127,7 @@ class T4dStream::File {
                                                   "without index");
     }
     const auto slabs = readTail(file_, header, head, scan, false);
-    if (!slabs) return pass(slabs.error());
+    if (!slabs) return slabs.error();
     for (std::size_t i = 0; i < extents_.size(); ++i) {
       if ((*slabs)[i].extent == extents_[i]) continue;
       return file_.damaged(scan.end,
@@ -163,10 +163,10 @@ T4dStream::~T4dStream() = default;
 Result<T4dStream> T4dStream::open(const std::filesystem::path& path,
                                   std::optional<std::uint64_t> maxCells) {
   auto pipe = PipeSource::open(path);
-  if (!pipe) return pass(pipe.error());
+  if (!pipe) return pipe.error();
   auto file = std::make_unique<File>(std::move(*pipe), maxCells);
   auto opened = withinMemory(file->name(), [&] { return file->open(); });
-  if (!opened) return pass(opened.error());
+  if (!opened) return opened.error();
   return T4dStream(std::move(file));
 }
 

@@ -62,7 +62,7 @@ class T4dWriter::File {
   }
 
   Result<void> keep(const OptionalChunks& chunks) {
-    if (error_) return pass(*error_);
+    if (error_) return *error_;
     if (!chunks_.begun()) return invalid("has no slab yet", path_.string());
     auto copied = copyOptionalChunks(chunks, chunks_, lostChunks_);
     if (!copied) error_ = copied.error();
@@ -70,7 +70,7 @@ class T4dWriter::File {
   }
 
   Result<std::uint64_t> finish() {
-    if (error_) return pass(*error_);
+    if (error_) return *error_;
     for (const Body& body : bodies_) {
       if (body.summary.slabs == 0) {
         return invalid(fmt::format("the body '{}' has no slab", metadata_.bodies[body.index].name));
@@ -78,7 +78,7 @@ class T4dWriter::File {
     }
     std::vector<BodySummary> summaries;
     for (const Body& body : bodies_) {
-      if (auto checked = checkExtent(body); !checked) return pass(checked.error());
+      if (auto checked = checkExtent(body); !checked) return checked.error();
       summaries.push_back(body.summary);
     }
     return chunks_.finish(summaries);
@@ -148,7 +148,7 @@ class T4dWriter::File {
       features.emplace_back(kFeatureGrid);
     }
     const auto text = headText(metadata_, features, arrays_.grid);
-    if (!text) return pass(text.error());
+    if (!text) return text.error();
     return chunks_.begin(*text, minorVersionFor(metadata_));
   }
 
@@ -166,14 +166,14 @@ class T4dWriter::File {
   /// After a failure the file cannot be finished: it would look complete, but lack slabs.
   template <class PutSlab>
   Result<void> put(const Body& body, PutSlab putSlab) {
-    if (error_) return pass(*error_);
+    if (error_) return *error_;
     auto done = putSlab();
     if (!done) {
       error_ = done.error();
       if (error_->where.empty()) {
         error_->where = fmt::format("{}: slab {}", path_.string(), body.summary.slabs);
       }
-      return pass(*error_);
+      return *error_;
     }
     return done;
   }
@@ -341,18 +341,18 @@ class T4dWriter::File {
     if (!connectivity) return invalid("has no connectivity");
     using Made = Result<EncodedConnectivity>;
     const auto made = connectivities_.get(connectivity.get(), [&]() -> Made {
-      if (auto sound = checkConnectivity(*connectivity); !sound) return pass(sound.error());
+      if (auto sound = checkConnectivity(*connectivity); !sound) return sound.error();
       return EncodedConnectivity{connectivity, std::make_shared<const PayloadWriter>(
                                                    encodeConnectivity(*connectivity, arrays_))};
     });
-    if (!made) return pass(made.error());
+    if (!made) return made.error();
     return (*made)->payload;
   }
 
   std::unique_ptr<Encoded> prepare(const Slab& slab) {
     auto encoded = std::make_unique<Encoded>();
     auto connectivity = encodedConnectivity(slab.connectivity);
-    encoded->sound = connectivity ? checkAlone(slab) : pass(connectivity.error());
+    encoded->sound = connectivity ? checkAlone(slab) : connectivity.error();
     if (!encoded->sound) return encoded;
     encoded->connectivity = std::move(*connectivity);
     encoded->means = checkMeans(slab);
@@ -413,7 +413,7 @@ class T4dWriter::File {
     if (slab.connectivity != body.connectivity ||
         !mayBeNamed(kConnectivity, body.connectivityOffset)) {
       auto offset = putConnectivity(encoded.connectivity);
-      if (!offset) return pass(offset.error());
+      if (!offset) return offset.error();
       body.connectivity = slab.connectivity;
       body.connectivityOffset = *offset;
     }
@@ -435,7 +435,7 @@ class T4dWriter::File {
                                       *pose)
                       : putChunk(kLayer, upperLayer());
         });
-    if (!parts) return pass(parts.error());
+    if (!parts) return parts.error();
     if (rounded) {
       rounding_.add(slab, *rounded);
       body.storedUpper.assign(rounded->upperLayer().begin(), rounded->upperLayer().end());
@@ -469,32 +469,32 @@ class T4dWriter::File {
       const std::scoped_lock lock(mutex);
       scanned.bounds.add(bounds);
     });
-    if (auto checked = error.result(); !checked) return pass(checked.error());
+    if (auto checked = error.result(); !checked) return checked.error();
     return scanned;
   }
 
   Result<void> putStreamed(Body& body, const StreamedSlab& slab) {
     if (auto begun = putHead(Point4(0, 0, 0, 0), false); !begun) return begun;
     const auto lower = scan(slab, 0, slab.lowerCount);
-    if (!lower) return pass(lower.error());
+    if (!lower) return lower.error();
     if (auto joins = checkSeam(body, slab.time.begin, lower->digest); !joins) return joins;
     if (slab.lowerCount > 0 && !body.upperAttributes.empty()) {
       return invalid(fmt::format("its lower layer lacks the attribute '{}' of the slab before",
                                  body.upperAttributes.front().name));
     }
     const auto interior = scan(slab, slab.lowerCount, slab.firstUpper());
-    if (!interior) return pass(interior.error());
+    if (!interior) return interior.error();
     const auto upper = scan(slab, slab.firstUpper(), slab.vertexCount);
-    if (!upper) return pass(upper.error());
+    if (!upper) return upper.error();
     SlabExtent extent{slab.cellCount, lower->bounds};
     extent.bounds.add(interior->bounds);
     extent.bounds.add(upper->bounds);
 
     auto connectivity = encodeConnectivity(slab, arrays_.level);
-    if (!connectivity) return pass(connectivity.error());
+    if (!connectivity) return connectivity.error();
     auto offset =
         putConnectivity(std::make_shared<const PayloadWriter>(std::move(connectivity->payload)));
-    if (!offset) return pass(offset.error());
+    if (!offset) return offset.error();
     body.connectivity = nullptr;
     body.connectivityOffset = *offset;
     const auto layer = [&](double time, std::uint32_t begin, std::uint32_t count) {
@@ -506,7 +506,7 @@ class T4dWriter::File {
     auto parts = putLayers(
         body, slab, [&] { return layer(slab.time.begin, 0, slab.lowerCount); },
         [&] { return layer(slab.time.end, slab.firstUpper(), slab.upperCount); });
-    if (!parts) return pass(parts.error());
+    if (!parts) return parts.error();
     return putRecord(
         body, slab.time, slab, *parts,
         encodeSlab(slab.time, *parts, encodeContents(slab, connectivity->bounds, arrays_)), extent,
@@ -521,13 +521,13 @@ class T4dWriter::File {
     std::uint64_t lowerOffset = body.upperOffset;
     if (body.summary.slabs == 0 && counts.lowerCount > 0) {
       const auto offset = lower();
-      if (!offset) return pass(offset.error());
+      if (!offset) return offset.error();
       lowerOffset = *offset;
     }
     body.upperOffset = 0;
     if (counts.upperCount > 0) {
       const auto offset = upper();
-      if (!offset) return pass(offset.error());
+      if (!offset) return offset.error();
       body.upperOffset = *offset;
     }
     const auto distance = [slab = chunks_.size()](std::uint64_t offset) {
@@ -542,7 +542,7 @@ class T4dWriter::File {
                          const SlabExtent& extent, LayerDigest upperLayer,
                          std::vector<model::Attribute> upperAttributes) {
     const auto offset = putChunk(kSlab, payload);
-    if (!offset) return pass(offset.error());
+    if (!offset) return offset.error();
     chunks_.addSlab({*offset, chunks_.size() - *offset, parts, time, extent});
     countUse(body.connectivityOffset);
     addSlab(body.summary, time, counts, extent.cells, extent.bounds);
@@ -590,7 +590,7 @@ Result<T4dWriter> T4dWriter::create(const std::filesystem::path& path, const Met
   const auto parsed = headText(metadata, {}).and_then(parseHead);
   if (!parsed) return invalid(parsed.error().message, path.string());
   auto out = OutputFile::create(path);
-  if (!out) return pass(out.error());
+  if (!out) return out.error();
   return T4dWriter(std::make_unique<File>(path, std::move(*out), metadata, options));
 }
 

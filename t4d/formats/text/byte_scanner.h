@@ -20,7 +20,7 @@ class ByteScanner {
   /// Reads a number; `what` is for the error when the file ends.
   template <class T>
   Result<T> number(std::string_view what) {
-    if (auto good = checkLeft(1, sizeof(T), what); !good) return pass(good.error());
+    if (auto good = checkLeft(1, sizeof(T), what); !good) return good.error();
     return next<T>();
   }
 
@@ -53,7 +53,7 @@ class ByteScanner {
 
   std::size_t at() const { return at_; }
   std::size_t bytesLeft() const { return file_.bytes.size() - at_; }
-  tl::unexpected<Error> invalidHere(std::string message) const {
+  Error invalidHere(std::string message) const {
     return invalid(std::move(message), file_.atByte(at_));
   }
 

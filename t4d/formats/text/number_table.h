@@ -47,7 +47,7 @@ class NumberTable {
     return column < fields_.size() ? fields_[column] : std::string_view();
   }
   std::uint64_t line() const { return line_; }
-  tl::unexpected<Error> invalidHere(std::string message) const {
+  Error invalidHere(std::string message) const {
     return invalid(std::move(message), file_.atLine(line_));
   }
 

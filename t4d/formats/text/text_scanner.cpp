@@ -133,12 +133,11 @@ std::string_view TextScanner::wordAcrossLines() {
 }
 
 bool TextScanner::fails(std::string_view word, const char* what) {
-  error_ = unexpectedWord(word, what).value();
+  error_ = unexpectedWord(word, what);
   return false;
 }
 
-tl::unexpected<Error> TextScanner::unexpectedWord(std::string_view word,
-                                                  std::string_view what) const {
+Error TextScanner::unexpectedWord(std::string_view word, std::string_view what) const {
   if (!word.empty()) return invalidHere(fmt::format("found {}, expected {}", inQuotes(word), what));
   const bool atEnd = at_ >= text_.size();
   return invalidHere(fmt::format("the {} ends, expected {}", atEnd ? "file" : "line", what));

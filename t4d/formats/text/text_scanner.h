@@ -55,11 +55,9 @@ class TextScanner {
   const Error& error() const { return error_; }
 
   /// An InvalidInput error at the present line.
-  tl::unexpected<Error> invalidHere(std::string message) const {
-    return invalid(std::move(message), where());
-  }
+  Error invalidHere(std::string message) const { return invalid(std::move(message), where()); }
   /// "found 'WORD', expected WHAT"; an empty word means that the line ends.
-  tl::unexpected<Error> unexpectedWord(std::string_view word, std::string_view what) const;
+  Error unexpectedWord(std::string_view word, std::string_view what) const;
 
  private:
   std::size_t lineBreakAt(std::size_t at) const;

@@ -49,7 +49,7 @@ class CutterLocationReader {
         statement += c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c == '\t' ? ' ' : c;
       }
       if (continues && !text.empty()) continue;
-      if (auto done = apply(statement); !done) return pass(done.error());
+      if (auto done = apply(statement); !done) return done.error();
       statement.clear();
     }
     builder_.path.moves = moves_;
@@ -59,7 +59,7 @@ class CutterLocationReader {
   }
 
  private:
-  tl::unexpected<Error> refused(std::string message) const {
+  Error refused(std::string message) const {
     return invalid(std::move(message), file_.atLine(line_));
   }
 
@@ -107,7 +107,7 @@ class CutterLocationReader {
     const std::string tool(values.empty() ? "" : values[0]);
     if (options_.tools) {
       const auto number = numberOf(tool);
-      if (!number) return pass(number.error());
+      if (!number) return number.error();
       auto mounted = builder_.mount(static_cast<int>(std::clamp(*number, -1.0, 1e9)));
       if (!mounted) mounted.error().where = file_.atLine(line_);
       return mounted;
@@ -164,7 +164,7 @@ class CutterLocationReader {
                     file_.atLine(line_));
       } else {
         const auto number = numberOf(value);
-        if (!number) return pass(number.error());
+        if (!number) return number.error();
         feed = *number;
       }
     }
@@ -182,7 +182,7 @@ class CutterLocationReader {
     std::array<double, 6> numbers{};
     for (std::size_t i = 0; i < values.size(); ++i) {
       const auto number = numberOf(values[i]);
-      if (!number) return pass(number.error());
+      if (!number) return number.error();
       numbers[i] = *number;
     }
     const model::Point3 tip = unit_ * model::Point3(&numbers[0]);
@@ -234,7 +234,7 @@ Result<ToolPath> readCutterLocations(const InputFile& file, const ToolPathOption
 Result<ToolPath> readCutterLocations(const std::filesystem::path& path,
                                      const ToolPathOptions& options) {
   const auto file = readInputFile(path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   return readCutterLocations(*file, options);
 }
 

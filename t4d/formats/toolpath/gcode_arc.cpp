@@ -51,7 +51,7 @@ Eigen::Vector2d Arc::at(double part) const {
 
 Result<Arc> arcOf(const ArcWords& words) {
   const auto centre = centreOf(words);
-  if (!centre) return pass(centre.error());
+  if (!centre) return centre.error();
   if (!(words.turns >= 1) || words.turns != std::floor(words.turns)) {
     return invalid(
         fmt::format("P{:g}, the turns of an arc, is no whole number above zero", words.turns));

@@ -102,7 +102,7 @@ std::string_view meaningOf(char letter) {
   }
 }
 
-tl::unexpected<Error> unsupported(const std::string& word, std::string_view meaning) {
+Error unsupported(const std::string& word, std::string_view meaning) {
   return fail(ErrorCode::Unsupported, fmt::format("{} is not supported: it is {}", word, meaning));
 }
 
@@ -121,12 +121,12 @@ class BlockReader {
   Result<GcodeBlock> read() {
     while (!words_.atEnd()) {
       auto done = words_.skip("#") ? readAssignment() : readWord();
-      if (!done) return pass(done.error());
+      if (!done) return done.error();
     }
     for (const auto& [which, value] : assignments_) {
       auto done = which.name.empty() ? parameters_.set(which.number, value)
                                      : parameters_.set(which.name, value);
-      if (!done) return pass(done.error());
+      if (!done) return done.error();
     }
     return block_;
   }
@@ -134,12 +134,12 @@ class BlockReader {
  private:
   Result<void> readAssignment() {
     auto which = words_.parameter();
-    if (!which) return pass(which.error());
+    if (!which) return which.error();
     if (!words_.skip("=")) {
       return invalid("a parameter stands without a letter before it or = after it");
     }
     const auto value = words_.number();
-    if (!value) return pass(value.error());
+    if (!value) return value.error();
     assignments_.emplace_back(std::move(*which), *value);
     return {};
   }
@@ -171,7 +171,7 @@ class BlockReader {
                                                   inQuotes(words_.rest())));
     }
     const auto value = words_.number();
-    if (!value) return pass(value.error());
+    if (!value) return value.error();
     constexpr double kLargest = 1e9;
     if (std::abs(*value) > kLargest) {
       return invalid(fmt::format("{} is followed by {:g}, but at most {:g} is possible", letter,

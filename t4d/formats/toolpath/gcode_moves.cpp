@@ -79,7 +79,7 @@ Result<void> GcodeMachine::move(const GcodeBlock& block) {
   if (motion > 30) return cycle(block);
   std::array<bool, 3> known = known_;
   const auto to = targetOf(block, known);
-  if (!to) return pass(to.error());
+  if (!to) return to.error();
   return motion > 10 ? arc(block, *to) : startOrGo(*to, known, motion == 0);
 }
 
@@ -184,11 +184,11 @@ Result<void> GcodeMachine::arc(const GcodeBlock& block, const MachineAxes& to) {
   const auto v = static_cast<std::size_t>(plane_[1]);
   const auto w = static_cast<std::size_t>(plane_[2]);
   const auto words = arcWords(block, to);
-  if (!words) return pass(words.error());
+  if (!words) return words.error();
   const auto arc = arcOf(*words);
-  if (!arc) return pass(arc.error());
+  if (!arc) return arc.error();
   const auto chords = chordsOfArc(*arc, options_.tolerance);
-  if (!chords) return pass(chords.error());
+  if (!chords) return chords.error();
   const auto count = static_cast<double>(*chords);
   const MachineAxes from = at_;
   const double seconds =

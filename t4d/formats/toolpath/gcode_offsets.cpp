@@ -141,7 +141,7 @@ Result<void> GcodeMachine::goToReference(Tenths code, const GcodeBlock& block) {
     if (auto used = useOrigin(system_); !used) return used;
     std::array<bool, 3> known = known_;
     const auto to = targetOf(by, known);
-    if (!to) return pass(to.error());
+    if (!to) return to.error();
     if (auto moved = startOrGo(*to, known, true); !moved) return moved;
   }
   GcodeBlock axes;

@@ -23,7 +23,7 @@ Result<int> parameterNumber(double number) {
 
 Result<double> GcodeParameters::value(double number) const {
   const auto key = parameterNumber(number);
-  if (!key) return pass(key.error());
+  if (!key) return key.error();
   if (*key >= kFirstOfControl) {
     if (const auto known = control_.numbered(*key)) return *known;
     return fail(ErrorCode::Unsupported,
@@ -56,7 +56,7 @@ Result<double> GcodeParameters::value(const std::string& name) const {
 
 Result<void> GcodeParameters::set(double number, double value) {
   const auto key = parameterNumber(number);
-  if (!key) return pass(key.error());
+  if (!key) return key.error();
   if (*key >= kFirstOfControl) {
     return fail(ErrorCode::Unsupported,
                 fmt::format("#{} cannot be set: it is a value of the control; offsets are set by "

@@ -137,7 +137,7 @@ Result<void> GcodeProgram::findOWords() {
     if (part && (hasM(words, 2) || hasM(words, 30))) ends_.erase(*part);
     if (!words.starts_with('O')) continue;
     auto word = oWordOf(words);
-    if (!word) return pass(word.error());
+    if (!word) return word.error();
     if (word->flow == Flow::Name) part = at_;
     if (auto joined = join(*word); !joined) return joined;
     oWords_.emplace(at_, std::move(*word));
@@ -229,7 +229,7 @@ Result<void> GcodeProgram::joinEnd(OWord& word) {
 
 Result<void> GcodeProgram::runLine() {
   const auto text = gcodeText(lines_[at_]);
-  if (!text) return pass(text.error());
+  if (!text) return text.error();
   if (text->starts_with('%')) {
     ended_ = begun_;  // the second one ends the program
     begun_ = true;
@@ -244,7 +244,7 @@ Result<void> GcodeProgram::runLine() {
 
 Result<void> GcodeProgram::runBlock(std::string_view text) {
   const auto block = readGcodeBlock(text, parameters_);
-  if (!block) return pass(block.error());
+  if (!block) return block.error();
   if (auto applied = apply_(*block, line()); !applied) return applied;
   if (block->calls) return callNumbered(*block);
   if (block->returns) return leaveNumbered();
@@ -255,7 +255,7 @@ Result<void> GcodeProgram::runBlock(std::string_view text) {
 Result<void> GcodeProgram::follow(const OWord& word) {
   const auto jumpUnless = [&](std::size_t line, bool wanted) -> Result<void> {
     const auto holds = conditionOf(word);
-    if (!holds) return pass(holds.error());
+    if (!holds) return holds.error();
     if ((*holds != 0) != wanted) next_ = line;
     return {};
   };
@@ -315,7 +315,7 @@ Result<double> GcodeProgram::conditionOf(const OWord& word) {
 /// To the first branch of which the condition holds.
 Result<void> GcodeProgram::chooseBranch(const OWord& begin) {
   const auto holds = conditionOf(begin);
-  if (!holds) return pass(holds.error());
+  if (!holds) return holds.error();
   if (*holds != 0) return {};
   for (const std::size_t line : begin.branches) {
     at_ = line;
@@ -323,7 +323,7 @@ Result<void> GcodeProgram::chooseBranch(const OWord& begin) {
     const OWord& branch = oWords_.at(line);
     if (branch.flow != Flow::ElseIf) return {};
     const auto chosen = conditionOf(branch);
-    if (!chosen) return pass(chosen.error());
+    if (!chosen) return chosen.error();
     if (*chosen != 0) return {};
   }
   return {};
@@ -331,7 +331,7 @@ Result<void> GcodeProgram::chooseBranch(const OWord& begin) {
 
 Result<void> GcodeProgram::beginRepeats(const OWord& word) {
   const auto count = conditionOf(word);
-  if (!count) return pass(count.error());
+  if (!count) return count.error();
   calls_.back().repeats[at_] = *count;
   if (!(*count >= 1)) next_ = word.other + 1;
   return {};
@@ -363,7 +363,7 @@ Result<void> GcodeProgram::call(const OWord& word) {
   GcodeWords words(word.rest, parameters_);
   while (!words.atEnd()) {
     const auto argument = words.bracketed();
-    if (!argument) return pass(argument.error());
+    if (!argument) return argument.error();
     if (arguments.size() == GcodeParameters::kArguments) {
       return invalid(fmt::format("a call has more than {} arguments", GcodeParameters::kArguments));
     }
@@ -381,7 +381,7 @@ Result<void> GcodeProgram::leave(const OWord& word) {
   double value = 0;
   if (!word.rest.empty()) {
     const auto given = conditionOf(word);
-    if (!given) return pass(given.error());
+    if (!given) return given.error();
     value = *given;
   }
   parameters_.leave();

@@ -18,7 +18,7 @@ Result<ToolPath> readGcode(const InputFile& file, const ToolPathOptions& options
   if (auto ran = program.run(options.repeatedLines); !ran) {
     Error error = ran.error();
     error.where = file.atLine(program.line());
-    return pass(error);
+    return error;
   }
   auto path = machine.finish(file);
   if (!path) {
@@ -37,7 +37,7 @@ Result<ToolPath> readGcode(const InputFile& file, const ToolPathOptions& options
 
 Result<ToolPath> readGcode(const std::filesystem::path& path, const ToolPathOptions& options) {
   const auto file = readInputFile(path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   return readGcode(*file, options);
 }
 

@@ -103,7 +103,7 @@ bool GcodeWords::skip(std::string_view word) {
   return true;
 }
 
-tl::unexpected<Error> GcodeWords::expected(std::string_view what) const {
+Error GcodeWords::expected(std::string_view what) const {
   return invalid(rest_.empty() ? fmt::format("the line ends, expected {}", what)
                                : fmt::format("found {}, expected {}", inQuotes(rest_), what));
 }
@@ -128,7 +128,7 @@ Result<double> GcodeWords::number() {
     if (rest_.starts_with('[')) return bracketed();
     if (skip("#")) {
       const auto which = parameter();
-      if (!which) return pass(which.error());
+      if (!which) return which.error();
       return which->name.empty() ? parameters_.value(which->number)
                                  : parameters_.value(which->name);
     }
@@ -215,7 +215,7 @@ Result<GcodeWords::Parameter> GcodeWords::parameter() {
   Parameter which;
   if (!skip("<")) {
     const auto value = number();
-    if (!value) return pass(value.error());
+    if (!value) return value.error();
     which.number = *value;
     return which;
   }

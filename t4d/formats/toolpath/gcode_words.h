@@ -45,7 +45,7 @@ class GcodeWords {
   Result<double> function();
   Result<double> arcTangent(double y);
   Result<double> literal();
-  tl::unexpected<Error> expected(std::string_view what) const;
+  Error expected(std::string_view what) const;
 
   std::string_view rest_;
   const GcodeParameters& parameters_;

@@ -62,7 +62,7 @@ Result<void> parseOffset(std::string_view text, std::map<int, model::Point3>& of
         text));
   }
   const auto point = parsePoint(text.substr(equals + 1));
-  if (!point) return pass(point.error());
+  if (!point) return point.error();
   if (!offsets.emplace(code, *point).second) {
     return invalid(fmt::format("'{}' gives {} a second time", text, text.substr(0, equals)));
   }

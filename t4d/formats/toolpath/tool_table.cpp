@@ -64,7 +64,7 @@ Result<NumberedTool> toolOf(std::string_view line) {
   const bool isEmpty = rest.empty();
   while (!rest.empty()) {
     const std::string_view word = rest.substr(0, rest.find_first_of(" \t"));
-    if (auto taken = take(word, found); !taken) return pass(taken.error());
+    if (auto taken = take(word, found); !taken) return taken.error();
     rest = trimmed(rest.substr(word.size()));
   }
   if (!isEmpty && !found.number) return invalid("the line has no T, the number of the tool");
@@ -92,7 +92,7 @@ Result<std::map<int, TableTool>> readToolTable(const InputFile& file) {
 
 Result<std::map<int, TableTool>> readToolTable(const std::filesystem::path& path) {
   const auto file = readInputFile(path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   return readToolTable(*file);
 }
 

@@ -102,7 +102,7 @@ Result<void> MeshBuilder::addPolygon(std::span<const std::uint64_t> corners, Pla
   }
   for (const std::uint64_t index : corners) {
     const auto corner = cornerOf(index, place);
-    if (!corner) return pass(corner.error());
+    if (!corner) return corner.error();
     corners_.push_back(*corner);
   }
   polygons_.push_back({corners_.size(), place, part_});
@@ -112,7 +112,7 @@ Result<void> MeshBuilder::addPolygon(std::span<const std::uint64_t> corners, Pla
 Result<void> MeshBuilder::addStrip(std::span<const std::uint64_t> corners, Place place) {
   for (const std::uint64_t index : corners) {
     const auto corner = cornerOf(index, place);
-    if (!corner) return pass(corner.error());
+    if (!corner) return corner.error();
     if (placeOfLargest_ && *corner <= largestOfStrips_) continue;
     largestOfStrips_ = *corner;
     placeOfLargest_ = place;
@@ -182,7 +182,7 @@ void MeshBuilder::keepCorners(std::span<const model::Triangle> triangles, std::s
 }
 
 Result<LoadedMesh> MeshBuilder::finish() && {
-  if (auto checked = checkCorners(); !checked) return pass(checked.error());
+  if (auto checked = checkCorners(); !checked) return checked.error();
 
   auto first = firstEquals();
   LoadedMesh loaded;

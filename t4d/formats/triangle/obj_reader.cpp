@@ -42,7 +42,7 @@ class ObjReader {
       if (statement == by_ && !by_.empty()) beginBody(scanner_.rest());
       if (statement == "usemtl") beginMaterial(scanner_.rest());
       if (statement == "mtllib") materialFiles_.emplace_back(scanner_.rest());
-      if (!done) return pass(done.error());
+      if (!done) return done.error();
     }
     FileCorners corners;
     if (hasUvs() || hasColors_) builder_.keepCornersIn(corners);
@@ -54,7 +54,7 @@ class ObjReader {
 
   Result<LoadedBodies> readBodies() {
     auto loaded = read();
-    if (!loaded) return pass(loaded.error());
+    if (!loaded) return loaded.error();
     LoadedBodies result{{},
                         std::move(loaded->notices),
                         std::move(loaded->materials),
@@ -201,7 +201,7 @@ class ObjReader {
     const auto line = scanner_.line();
     model::Point3 point;
     for (double& coordinate : point) {
-      if (!scanner_.number(coordinate, "a coordinate")) return pass(scanner_.error());
+      if (!scanner_.number(coordinate, "a coordinate")) return scanner_.error();
     }
     if (auto added = builder_.addPoint(point, line); !added) return added;
     ++pointCount_;
@@ -249,7 +249,7 @@ class ObjReader {
     corners_.clear();
     while (scanner_.hasWord()) {
       auto corner = readCorner(scanner_.word());
-      if (!corner) return pass(corner.error());
+      if (!corner) return corner.error();
       corners_.push_back(*corner);
     }
     cornerCount_ += corners_.size();
@@ -326,7 +326,7 @@ Result<LoadedBodies> readMeshBodies(const std::filesystem::path& path, BodiesBy 
                 path.string());
   }
   const auto file = readInputFile(path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   try {
     return ObjReader(*file, by).readBodies();
   } catch (const std::bad_alloc&) {

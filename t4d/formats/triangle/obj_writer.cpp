@@ -45,13 +45,13 @@ Result<std::vector<std::string>> writeObj(OutputFile& file, std::span<const Name
       // "{}" is the shortest decimal that reads back as the same double.
       fmt::format_to(std::back_inserter(text), "v {} {} {}{}\n", vertex.x(), vertex.y(), vertex.z(),
                      color);
-      if (auto done = flush(); !done) return pass(done.error());
+      if (auto done = flush(); !done) return done.error();
     }
     VerticesWithNormals normals;
     if (options.normals) normals = withNormals(named.mesh, *options.normals);
     for (const Eigen::Vector3f& normal : normals.normals) {
       fmt::format_to(std::back_inserter(text), "vn {} {} {}\n", normal.x(), normal.y(), normal.z());
-      if (auto done = flush(); !done) return pass(done.error());
+      if (auto done = flush(); !done) return done.error();
     }
     for (std::size_t i = 0; i < named.mesh.triangles.size(); ++i) {
       text += "f";
@@ -62,12 +62,12 @@ Result<std::vector<std::string>> writeObj(OutputFile& file, std::span<const Name
                        firstNormal + normals.triangles[i][corner]);
       }
       text += "\n";
-      if (auto done = flush(); !done) return pass(done.error());
+      if (auto done = flush(); !done) return done.error();
     }
     firstNormal += normals.normals.size();
     first += named.mesh.vertices.size();
   }
-  if (auto done = flush(); !done) return pass(done.error());
+  if (auto done = flush(); !done) return done.error();
   std::vector<std::string> lost;
   if (options.attributes) lost = allAttributesLost(meshes, "OBJ has no room for attributes");
   if (hasColors(meshes, model::Domain::Cell, model::Domain::Vertex)) {

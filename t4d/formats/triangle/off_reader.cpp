@@ -21,12 +21,12 @@ class Reader {
         builder_(file.path.string(), [&](auto line) { return file.atLine(line); }) {}
 
   Result<LoadedMesh> read() {
-    if (auto done = readHeader(); !done) return pass(done.error());
+    if (auto done = readHeader(); !done) return done.error();
     for (std::int64_t i = 0; i < vertexCount_; ++i) {
-      if (auto done = readVertex(i); !done) return pass(done.error());
+      if (auto done = readVertex(i); !done) return done.error();
     }
     for (std::int64_t i = 0; i < faceCount_; ++i) {
-      if (auto done = readFace(i); !done) return pass(done.error());
+      if (auto done = readFace(i); !done) return done.error();
     }
     if (scanner_.nextLine()) {
       return scanner_.unexpectedWord(scanner_.word(),
@@ -49,7 +49,7 @@ class Reader {
     // The count of edges is not needed, and some files omit it.
     if (!scanner_.parse(first, vertexCount_, "the number of vertices") ||
         !scanner_.integer(faceCount_, "the number of faces")) {
-      return pass(scanner_.error());
+      return scanner_.error();
     }
     for (const auto& [count, bytes, what] : {std::tuple{vertexCount_, kVertexBytes, "vertices"},
                                              std::tuple{faceCount_, kFaceBytes, "faces"}}) {
@@ -90,7 +90,7 @@ class Reader {
     if (auto found = nextLine(index, vertexCount_, "vertices"); !found) return found;
     model::Point3 point;
     for (double& coordinate : point) {
-      if (!scanner_.number(coordinate, "a coordinate")) return pass(scanner_.error());
+      if (!scanner_.number(coordinate, "a coordinate")) return scanner_.error();
     }
     return builder_.addPoint(point, scanner_.line());
   }
@@ -99,11 +99,11 @@ class Reader {
   Result<void> readFace(std::int64_t index) {
     if (auto found = nextLine(index, faceCount_, "faces"); !found) return found;
     std::int64_t count = 0;
-    if (!scanner_.integer(count, "the number of corners")) return pass(scanner_.error());
+    if (!scanner_.integer(count, "the number of corners")) return scanner_.error();
     corners_.clear();
     for (std::int64_t i = 0; i < count; ++i) {
       std::int64_t corner = 0;
-      if (!scanner_.integer(corner, "the number of a vertex")) return pass(scanner_.error());
+      if (!scanner_.integer(corner, "the number of a vertex")) return scanner_.error();
       if (corner < 0) {
         return scanner_.invalidHere(
             fmt::format("a face refers to vertex {}; expected 0 or more", corner));

@@ -39,7 +39,7 @@ Result<std::vector<std::string>> writeOff(OutputFile& file, std::span<const Name
       fmt::format_to(std::back_inserter(text), "{} {} {}", vertex.x(), vertex.y(), vertex.z());
       if (vertexColors) putColor(named, Domain::Vertex, i);
       text += "\n";
-      if (auto done = flush(); !done) return pass(done.error());
+      if (auto done = flush(); !done) return done.error();
     }
   }
   std::uint64_t first = 0;
@@ -49,11 +49,11 @@ Result<std::vector<std::string>> writeOff(OutputFile& file, std::span<const Name
       fmt::format_to(std::back_inserter(text), "3 {} {} {}", first + a, first + b, first + c);
       if (triangleColors) putColor(named, Domain::Cell, i);
       text += "\n";
-      if (auto done = flush(); !done) return pass(done.error());
+      if (auto done = flush(); !done) return done.error();
     }
     first += named.mesh.vertices.size();
   }
-  if (auto done = flush(); !done) return pass(done.error());
+  if (auto done = flush(); !done) return done.error();
   std::vector<std::string> lost;
   if (options.attributes) lost = allAttributesLost(meshes, "OFF has no room for attributes");
   if (options.normals) lost.emplace_back("normals: they are not written to OFF");

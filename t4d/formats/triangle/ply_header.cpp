@@ -43,7 +43,7 @@ Result<PlyEncoding> readFormat(TextScanner& scanner) {
 Result<PlyElement> readElement(TextScanner& scanner) {
   PlyElement element{std::string(scanner.word()), 0, {}};
   std::int64_t count = 0;
-  if (!scanner.integer(count, "the element's name and count")) return pass(scanner.error());
+  if (!scanner.integer(count, "the element's name and count")) return scanner.error();
   if (count < 0) return scanner.invalidHere(fmt::format("declares {} elements", count));
   element.count = static_cast<std::uint64_t>(count);
   return element;
@@ -55,12 +55,12 @@ Result<PlyProperty> readProperty(TextScanner& scanner) {
   if (word == "list") {
     property.isList = true;
     const auto countType = typeNamed(scanner.word(), scanner);
-    if (!countType) return pass(countType.error());
+    if (!countType) return countType.error();
     property.countType = *countType;
     word = scanner.word();
   }
   const auto type = typeNamed(word, scanner);
-  if (!type) return pass(type.error());
+  if (!type) return type.error();
   property.type = *type;
   property.name = scanner.word();
   if (property.name.empty()) return scanner.unexpectedWord({}, "the property's name");
@@ -114,21 +114,21 @@ Result<PlyHeader> readPlyHeader(TextScanner& scanner) {
       scanner.rest();
     } else if (keyword == "format") {
       const auto format = readFormat(scanner);
-      if (!format) return pass(format.error());
+      if (!format) return format.error();
       encoding = *format;
     } else if (keyword == "element") {
       auto element = readElement(scanner);
-      if (!element) return pass(element.error());
+      if (!element) return element.error();
       header.elements.push_back(std::move(*element));
     } else if (keyword == "property" && !header.elements.empty()) {
       auto property = readProperty(scanner);
-      if (!property) return pass(property.error());
+      if (!property) return property.error();
       header.elements.back().properties.push_back(std::move(*property));
     } else if (keyword == "end_header") {
       if (!encoding) return scanner.invalidHere("the header ends, expected a line 'format'");
       scanner.rest();
       header.encoding = *encoding;
-      if (auto good = checkElements(header, scanner); !good) return pass(good.error());
+      if (auto good = checkElements(header, scanner); !good) return good.error();
       return header;
     } else {
       return scanner.unexpectedWord(keyword, "a line of a PLY header");

@@ -99,7 +99,7 @@ class PlyReader {
   Result<LoadedMesh> read(const PlyHeader& header) {
     for (const PlyElement& element : header.elements) {
       if (element.name == "vertex") findLooks(element);
-      if (auto done = readElement(element); !done) return pass(done.error());
+      if (auto done = readElement(element); !done) return done.error();
     }
     FileCorners corners;
     if (!looks_.empty()) builder_.keepCornersIn(corners);
@@ -209,7 +209,7 @@ class PlyReader {
         if (auto done = builder_.addPolygon(corners_, place); !done) return done;
       } else {
         double value = 0;
-        if (!rows_.next(property.type, value, "a number")) return pass(rows_.error());
+        if (!rows_.next(property.type, value, "a number")) return rows_.error();
         const std::size_t axis = std::string_view("xyz").find(property.name);
         if (isVertex && property.name.size() == 1 && axis < 3) {
           point[static_cast<Eigen::Index>(axis)] = value;
@@ -230,7 +230,7 @@ class PlyReader {
   /// ends a strip. The entries of other lists are skipped; they need not be whole numbers.
   Result<void> readList(const PlyProperty& property, bool isCorners, bool isStrip) {
     double count = 0;
-    if (!rows_.next(property.countType, count, "the length of a list")) return pass(rows_.error());
+    if (!rows_.next(property.countType, count, "the length of a list")) return rows_.error();
     const std::uint64_t most = rows_.bytesLeft() / Rows::leastBytes(property.type);
     if (!isIndex(count) || count > static_cast<double>(most)) {
       return invalid(fmt::format("a list of length {}, expected 0 to {}", count, most),
@@ -240,7 +240,7 @@ class PlyReader {
     auto place = rows_.place();
     for (auto left = static_cast<std::uint64_t>(count); left > 0; --left) {
       double corner = 0;
-      if (!rows_.next(property.type, corner, "an entry of a list")) return pass(rows_.error());
+      if (!rows_.next(property.type, corner, "an entry of a list")) return rows_.error();
       if (!isCorners) continue;
       if (isStrip && corner == -1) {
         if (auto done = builder_.addStrip(corners_, place); !done) return done;
@@ -280,7 +280,7 @@ class PlyReader {
 Result<LoadedMesh> readPly(const InputFile& file) {
   TextScanner scanner(file);
   auto header = readPlyHeader(scanner);
-  if (!header) return pass(header.error());
+  if (!header) return header.error();
   if (header->encoding == PlyEncoding::Text) {
     return PlyReader(file, TextRows(file, scanner), [&](auto line) { return file.atLine(line); })
         .read(*header);

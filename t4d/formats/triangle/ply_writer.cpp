@@ -141,9 +141,9 @@ class Writer {
     if (faceColors_) declareAll("uchar", kColorNames);
     if (attributes) declare(Domain::Cell, taken, header);
     header += "end_header\n";
-    if (auto done = file_.write(header.data(), header.size()); !done) return pass(done.error());
-    if (auto done = writeVertices(); !done) return pass(done.error());
-    if (auto done = writeFaces(); !done) return pass(done.error());
+    if (auto done = file_.write(header.data(), header.size()); !done) return done.error();
+    if (auto done = writeVertices(); !done) return done.error();
+    if (auto done = writeFaces(); !done) return done.error();
     return lost_;
   }
 

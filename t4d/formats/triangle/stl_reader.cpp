@@ -44,10 +44,10 @@ Result<LoadedMesh> readBinary(const InputFile& file) {
       const char* from = file.bytes.data() + at;
       const model::Point3 point(loadNumber<float>(from), loadNumber<float>(from + 4),
                                 loadNumber<float>(from + 8));
-      if (auto added = builder.addPoint(point, at); !added) return pass(added.error());
+      if (auto added = builder.addPoint(point, at); !added) return added.error();
     }
     const std::array<std::uint64_t, 3> corners{3 * i, 3 * i + 1, 3 * i + 2};
-    if (auto added = builder.addPolygon(corners, triangle); !added) return pass(added.error());
+    if (auto added = builder.addPolygon(corners, triangle); !added) return added.error();
   }
   return std::move(builder).finish();
 }
@@ -65,7 +65,7 @@ class TextReader {
       if (word != "solid") return scanner_.unexpectedWord(word, "'solid'");
       scanner_.rest();  // the name
       while ((word = lowerCase(scanner_.wordAcrossLines())) == "facet") {
-        if (auto done = readFacet(); !done) return pass(done.error());
+        if (auto done = readFacet(); !done) return done.error();
       }
       if (word != "endsolid") {
         return scanner_.unexpectedWord(word, "'facet' or 'endsolid'");
@@ -99,7 +99,7 @@ class TextReader {
       model::Point3 point;
       for (double& coordinate : point) {
         if (!scanner_.parse(scanner_.wordAcrossLines(), coordinate, "a coordinate")) {
-          return pass(scanner_.error());
+          return scanner_.error();
         }
       }
       if (auto added = builder_.addPoint(point, scanner_.line()); !added) return added;

@@ -35,12 +35,12 @@ Result<std::vector<std::string>> writeStl(OutputFile& file, std::span<const Name
   }
   const auto count32 = static_cast<std::uint32_t>(count);
   const std::string header = headerOf(options);
-  if (auto done = file.write(header.data(), header.size()); !done) return pass(done.error());
-  if (auto done = file.write(&count32, sizeof(count32)); !done) return pass(done.error());
+  if (auto done = file.write(header.data(), header.size()); !done) return done.error();
+  if (auto done = file.write(&count32, sizeof(count32)); !done) return done.error();
   RoundingLoss rounding;
   for (const NamedMesh& named : meshes) {
     const auto vertices = roundedVertices(named, options.center, rounding);
-    if (!vertices) return pass(vertices.error());
+    if (!vertices) return vertices.error();
     for (const auto& [a, b, c] : named.mesh.triangles) {
       const auto& v = named.mesh.vertices;
       const Eigen::Vector3d normal = (v[b] - v[a]).cross(v[c] - v[a]).stableNormalized();
@@ -48,7 +48,7 @@ Result<std::vector<std::string>> writeStl(OutputFile& file, std::span<const Name
       numbers << normal.cast<float>(), (*vertices)[a], (*vertices)[b], (*vertices)[c];
       std::array<char, 50> record{};
       std::memcpy(record.data(), numbers.data(), numbers.size() * sizeof(float));
-      if (auto done = file.write(record.data(), record.size()); !done) return pass(done.error());
+      if (auto done = file.write(record.data(), record.size()); !done) return done.error();
     }
   }
   std::vector<std::string> lost;

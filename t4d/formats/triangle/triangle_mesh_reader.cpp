@@ -8,8 +8,8 @@ namespace t4d::formats {
 
 Result<LoadedMesh> readTriangleMesh(const std::filesystem::path& path) {
   const auto file = readInputFile(path);
-  if (!file) return pass(file.error());
-  if (auto known = checkMeshExtension(path); !known) return pass(known.error());
+  if (!file) return file.error();
+  if (auto known = checkMeshExtension(path); !known) return known.error();
   try {
     return triangleMeshFormat(path)->read(*file);
   } catch (const std::bad_alloc&) {

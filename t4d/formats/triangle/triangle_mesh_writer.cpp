@@ -25,7 +25,7 @@ Result<Lines> fill(const std::filesystem::path& path, std::span<const NamedMesh>
     if (auto good = checkWritable(named); !good) return inFile(path, good.error());
   }
   auto file = OutputFile::create(path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   auto lost = format->write(*file, meshes, options);
   if (!lost) return inFile(path, lost.error());
   files.push_back(std::move(*file));
@@ -40,7 +40,7 @@ Result<Lines> writeTriangleMeshes(const std::filesystem::path& path,
   std::vector<OutputFile> files;
   auto lost = fill(path, meshes, options, files);
   if (!lost) return lost;
-  if (auto done = OutputFile::commitAll(files); !done) return pass(done.error());
+  if (auto done = OutputFile::commitAll(files); !done) return done.error();
   return lost;
 }
 
@@ -56,7 +56,7 @@ Result<Lines> writeEachTriangleMesh(std::span<const std::filesystem::path> paths
       all.push_back(fmt::format("{}: {}", paths[i].string(), line));
     }
   }
-  if (auto done = OutputFile::commitAll(files); !done) return pass(done.error());
+  if (auto done = OutputFile::commitAll(files); !done) return done.error();
   return all;
 }
 

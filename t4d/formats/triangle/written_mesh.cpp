@@ -167,11 +167,11 @@ void addOnce(std::vector<std::string>& lines, std::string line) {
   if (std::ranges::find(lines, line) == lines.end()) lines.push_back(std::move(line));
 }
 
-tl::unexpected<Error> inFile(const std::filesystem::path& path, Error error) {
+Error inFile(const std::filesystem::path& path, Error error) {
   if (error.code != ErrorCode::Failed || error.where.empty()) {
     error.where = error.where.empty() ? path.string() : path.string() + ": " + error.where;
   }
-  return pass(std::move(error));
+  return error;
 }
 
 }  // namespace t4d::formats

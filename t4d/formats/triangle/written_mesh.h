@@ -40,7 +40,7 @@ std::string lostLine(const model::Attribute& attribute, std::string_view why);
 std::vector<std::string> allAttributesLost(std::span<const NamedMesh> meshes, std::string_view why);
 
 /// Puts the path before the place of a writer's error. Errors of the file itself have it already.
-tl::unexpected<Error> inFile(const std::filesystem::path& path, Error error);
+Error inFile(const std::filesystem::path& path, Error error);
 
 /// The vertices as they are written: with normals, if the options ask for them.
 VerticesWithNormals verticesToWrite(const NamedMesh& named, const MeshWriteOptions& options);

@@ -37,7 +37,7 @@ class UsdAnimationReader {
         spans_.pop_back();
         continue;
       }
-      if (auto done = readShape(placed); !done) return pass(done.error());
+      if (auto done = readShape(placed); !done) return done.error();
     }
     if (shapes_.empty()) return invalid("holds no mesh that is visible", file_);
     if (hidden > 0) {
@@ -46,9 +46,9 @@ class UsdAnimationReader {
                                              "meshes that are never "
                                              "visible")));
     }
-    if (auto done = chooseTolerance(); !done) return pass(done.error());
+    if (auto done = chooseTolerance(); !done) return done.error();
     for (std::size_t i = 0; i < shapes_.size(); ++i) {
-      if (auto done = addRuns(i); !done) return pass(done.error());
+      if (auto done = addRuns(i); !done) return done.error();
     }
     if (auto notice = model::noticeOfHalfTurns(made_.halfTurns); !notice.empty()) {
       made_.notices.push_back(std::move(notice));
@@ -60,12 +60,12 @@ class UsdAnimationReader {
   Result<void> readShape(const UsdPlacedMesh& placed) {
     LoadedMesh loaded;
     auto shape = UsdShape::read(scene_, placed, UsdShape::When::Played, loaded);
-    if (!shape) return pass(shape.error());
+    if (!shape) return shape.error();
     for (const std::string& notice : loaded.notices) {
       made_.notices.push_back(fmt::format("body '{}': {}", placed.name, notice));
     }
     const auto mirrors = mirrored(placed);
-    if (!mirrors) return pass(mirrors.error());
+    if (!mirrors) return mirrors.error();
     mirrored_.push_back(*mirrors);
     if (*mirrors) {
       for (model::Triangle& triangle : loaded.mesh.triangles) std::swap(triangle[1], triangle[2]);
@@ -107,7 +107,7 @@ class UsdAnimationReader {
       largest = std::max(largest, largestExtent(*shapes_[i], count, scene_.played));
     }
     auto tolerance = chosenTolerance(options_.tolerance, largest, file_);
-    if (!tolerance) return pass(tolerance.error());
+    if (!tolerance) return tolerance.error();
     made_.tolerance = *tolerance;
     return {};
   }
@@ -153,7 +153,7 @@ bool isAnimatedUsd(const std::filesystem::path& path) {
 
 Result<AnimatedScene> readUsdAnimation(InputFile file, const GltfAnimationOptions& options) {
   const auto scene = readUsdScene(std::move(file));
-  if (!scene) return pass(scene.error());
+  if (!scene) return scene.error();
   return UsdAnimationReader(*scene, options).read();
 }
 

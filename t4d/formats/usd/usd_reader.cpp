@@ -12,7 +12,7 @@ namespace t4d::formats {
 
 Result<LoadedMesh> readUsd(const InputFile& file) {
   auto scene = readUsdScene(file);
-  if (!scene) return pass(scene.error());
+  if (!scene) return scene.error();
   const double time = scene->played.begin;
   MeshBuilder builder(file.path.string(), [&](auto) { return file.path.string(); });
   std::vector<std::string> notices;
@@ -24,7 +24,7 @@ Result<LoadedMesh> readUsd(const InputFile& file) {
     }
     LoadedMesh loaded;
     const auto shape = UsdShape::read(*scene, placed, UsdShape::When::AtFirst, loaded);
-    if (!shape) return pass(shape.error());
+    if (!shape) return shape.error();
     for (const std::string& notice : loaded.notices) {
       notices.push_back(fmt::format("mesh '{}': {}", placed.name, notice));
     }
@@ -33,13 +33,13 @@ Result<LoadedMesh> readUsd(const InputFile& file) {
     const std::uint64_t first = builder.pointCount();
     const bool mirrors = placed.world(time).linear().determinant() < 0;
     for (const model::Point3& point : points) {
-      if (auto added = builder.addPoint(point, 0); !added) return pass(added.error());
+      if (auto added = builder.addPoint(point, 0); !added) return added.error();
     }
     for (const model::Triangle& triangle : loaded.mesh.triangles) {
       const std::array<std::uint64_t, 3> corners{first + triangle[0],
                                                  first + triangle[mirrors ? 2 : 1],
                                                  first + triangle[mirrors ? 1 : 2]};
-      if (auto added = builder.addPolygon(corners, 0); !added) return pass(added.error());
+      if (auto added = builder.addPolygon(corners, 0); !added) return added.error();
     }
   }
   auto loaded = std::move(builder).finish();

@@ -76,7 +76,7 @@ class SceneReader {
     const auto value = scene_.layer->field(field);
     if (!value) return fallback;
     const auto numbers = usdNumbers(document_, *value, 1, UsdShapeOf::One, "double");
-    if (!numbers) return pass(numbers.error());
+    if (!numbers) return numbers.error();
     const bool isRate = field != "startTimeCode" && field != "endTimeCode";
     if (!std::isfinite((*numbers)[0]) || (isRate && !((*numbers)[0] > 0))) {
       return invalid(fmt::format("{} is {}, expected a {} number", field, (*numbers)[0],
@@ -92,14 +92,14 @@ class SceneReader {
       return refuse("the stage", "subLayers", *others);
     }
     const auto perFrame = stageNumber("framesPerSecond", kUsdTimeCodesPerSecond);
-    if (!perFrame) return pass(perFrame.error());
+    if (!perFrame) return perFrame.error();
     const auto perSecond = stageNumber("timeCodesPerSecond", *perFrame);
-    if (!perSecond) return pass(perSecond.error());
+    if (!perSecond) return perSecond.error();
     scene_.timeCodesPerSecond = *perSecond;
     const auto up = layer.field("upAxis");
     scene_.up = up && usdUnquoted(*up) == "Z" ? "z" : "y";
     const auto metres = stageNumber("metersPerUnit", kUsdMetresPerUnit);
-    if (!metres) return pass(metres.error());
+    if (!metres) return metres.error();
     for (const char* unit : {"nm", "um", "mm", "cm", "dm", "m", "km", "in", "ft", "yd"}) {
       constexpr double kRounding = 1e-9;
       const double size = *model::metresPer(unit);
@@ -111,8 +111,7 @@ class SceneReader {
     return {};
   }
 
-  tl::unexpected<Error> refuse(std::string_view who, std::string_view what,
-                               std::string_view at) const {
+  Error refuse(std::string_view who, std::string_view what, std::string_view at) const {
     return fail(ErrorCode::Unsupported,
                 fmt::format("{} has {}, which are not read; `usdcat --flatten IN.usd -o OUT.usda` "
                             "writes one text with all that they say",
@@ -160,7 +159,7 @@ class SceneReader {
       }
     }
     const auto xform = UsdXform::read(document_, prim, scene_.timeCodesPerSecond);
-    if (!xform) return pass(xform.error());
+    if (!xform) return xform.error();
     Above here = xform->resets || above.ops.empty() ? stage_ : Above{above.ops};
     here.visibility = above.visibility;
     here.ops.insert(here.ops.end(), xform->ops.begin(), xform->ops.end());
@@ -220,9 +219,9 @@ class SceneReader {
     scene_.animated = !codes.empty();
     if (codes.empty()) codes.insert(0);
     const auto begin = stageNumber("startTimeCode", *codes.begin());
-    if (!begin) return pass(begin.error());
+    if (!begin) return begin.error();
     const auto end = stageNumber("endTimeCode", *codes.rbegin());
-    if (!end) return pass(end.error());
+    if (!end) return end.error();
     const bool says = *begin < *end;
     scene_.beginCode = says ? *begin : *codes.begin();
     scene_.played = {scene_.seconds(scene_.beginCode),
@@ -304,13 +303,13 @@ std::vector<model::TimeSpan> UsdScene::visibleTimes(const UsdPlacedMesh& mesh) c
 
 Result<UsdScene> readUsdScene(InputFile file) {
   auto document = openUsd(std::move(file));
-  if (!document) return pass(document.error());
+  if (!document) return document.error();
   UsdScene scene;
   scene.document = std::make_shared<const UsdDocument>(std::move(*document));
   auto layer = readUsdLayer(*scene.document);
-  if (!layer) return pass(layer.error());
+  if (!layer) return layer.error();
   scene.layer = std::make_shared<const UsdLayer>(std::move(*layer));
-  if (auto done = SceneReader(scene).read(); !done) return pass(done.error());
+  if (auto done = SceneReader(scene).read(); !done) return done.error();
   if (scene.meshes.empty()) {
     return invalid("holds no Mesh prim", scene.document->file->path.string());
   }

@@ -51,7 +51,7 @@ Result<std::vector<std::uint64_t>> constantNumbers(const UsdDocument& document, 
   for (const UsdSample& sample : values) {
     if (sample.value == values.front().value && !first.empty()) continue;
     auto numbers = usdNumbers(document, sample.value, 1, UsdShapeOf::Array, "int");
-    if (!numbers) return pass(numbers.error());
+    if (!numbers) return numbers.error();
     if (first.empty()) first = *numbers;
     if (*numbers == first) continue;
     return fail(ErrorCode::Unsupported,
@@ -77,7 +77,7 @@ Result<std::vector<std::uint64_t>> constantNumbers(const UsdDocument& document, 
 
 Result<UsdShape::Points> UsdShape::filePoints(std::string_view text) const {
   const auto numbers = usdNumbers(*document_, text, 3, UsdShapeOf::Array, type_);
-  if (!numbers) return pass(numbers.error());
+  if (!numbers) return numbers.error();
   Points points(numbers->size() / 3);
   for (std::size_t i = 0; i < points.size(); ++i) {
     points[i] = Eigen::Map<const Point3>(&(*numbers)[3 * i]);
@@ -92,7 +92,7 @@ Result<UsdShape::Points> UsdShape::filePoints(std::string_view text) const {
 
 Result<UsdShape::Points> UsdShape::vertices(std::string_view text) const {
   const auto points = filePoints(text);
-  if (!points) return pass(points.error());
+  if (!points) return points.error();
   if (points->size() != file_.vertexOf.size()) {
     return invalid(
         fmt::format("{} points, and {} in the first sample", points->size(), file_.vertexOf.size()),
@@ -101,7 +101,7 @@ Result<UsdShape::Points> UsdShape::vertices(std::string_view text) const {
   Points placed(vertexCount_);
   if (auto done = placeVertices(file_, *points, placed, {}); !done) {
     done.error().where = document_->where(text);  // which takes time to find
-    return pass(done.error());
+    return done.error();
   }
   return placed;
 }
@@ -111,9 +111,9 @@ Result<LoadedMesh> UsdShape::readFaces(const UsdScene& scene, When when) {
   std::optional<double> code;
   if (when == When::AtFirst) code = scene.beginCode;
   const auto counts = constantNumbers(*document_, prim, "faceVertexCounts", code);
-  if (!counts) return pass(counts.error());
+  if (!counts) return counts.error();
   const auto corners = constantNumbers(*document_, prim, "faceVertexIndices", code);
-  if (!corners) return pass(corners.error());
+  if (!corners) return corners.error();
   const UsdProperty* orientation = prim.property("orientation");
   const bool leftHanded = orientation != nullptr && orientation->value &&
                           usdUnquoted(*orientation->value) == "leftHanded";
@@ -133,13 +133,13 @@ Result<LoadedMesh> UsdShape::readFaces(const UsdScene& scene, When when) {
     samples_.push_back({scene.seconds(sample.timeCode), sample.value});
   }
   const auto first = filePoints(samples_.front().text);
-  if (!first) return pass(first.error());
+  if (!first) return first.error();
   const auto where = [&] {
     return document_->where(valuesOf(prim, "faceVertexIndices").front().value);
   };
   MeshBuilder builder(document_->file->path.string(), [&](auto) { return where(); });
   for (const Point3& point : *first) {
-    if (auto added = builder.addPoint(point, 0); !added) return pass(added.error());
+    if (auto added = builder.addPoint(point, 0); !added) return added.error();
   }
   std::span<const std::uint64_t> left(*corners);
   std::vector<std::uint64_t> face;
@@ -151,7 +151,7 @@ Result<LoadedMesh> UsdShape::readFaces(const UsdScene& scene, When when) {
     }
     face.assign(left.begin(), left.begin() + static_cast<std::ptrdiff_t>(count));
     if (leftHanded) std::ranges::reverse(face);
-    if (auto added = builder.addPolygon(face, 0); !added) return pass(added.error());
+    if (auto added = builder.addPolygon(face, 0); !added) return added.error();
     left = left.subspan(count);
   }
   if (!left.empty()) {
@@ -167,7 +167,7 @@ Result<std::shared_ptr<const UsdShape>> UsdShape::read(const UsdScene& scene,
                                                        LoadedMesh& mesh) {
   std::shared_ptr<UsdShape> shape(new UsdShape(scene.document, scene.layer, placed));
   auto loaded = shape->readFaces(scene, when);
-  if (!loaded) return pass(loaded.error());
+  if (!loaded) return loaded.error();
   mesh = std::move(*loaded);
   shape->file_ = mesh.points;
   shape->vertexCount_ = mesh.mesh.vertices.size();
@@ -175,7 +175,7 @@ Result<std::shared_ptr<const UsdShape>> UsdShape::read(const UsdScene& scene,
   for (const Sample& sample : shape->samples_) {
     if (sample.text == before) continue;
     before = sample.text;
-    if (const auto checked = shape->vertices(sample.text); !checked) return pass(checked.error());
+    if (const auto checked = shape->vertices(sample.text); !checked) return checked.error();
   }
   return shape;
 }

@@ -79,9 +79,9 @@ Result<UsdStage> UsdStage::create(Form form, double timeCodesPerSecond,
     return invalid(fmt::format("{} frames a second, expected more than 0", timeCodesPerSecond));
   }
   auto dictionary = dictionaryLines(options.placement.extras, "            ");
-  if (!dictionary) return pass(dictionary.error());
+  if (!dictionary) return dictionary.error();
   auto scratch = system::ScratchFile::create();
-  if (!scratch) return pass(scratch.error());
+  if (!scratch) return scratch.error();
   return UsdStage(form, timeCodesPerSecond, options, std::move(*scratch), std::move(*dictionary));
 }
 
@@ -175,7 +175,7 @@ Result<void> UsdStage::sample(std::size_t number, double timeCode, const NamedMe
                               const model::Point3& center) {
   Body& body = bodies_[number];
   const auto values = usdMeshValues(named, center, options_, rounding_, lost_);
-  if (!values) return pass(values.error());
+  if (!values) return values.error();
   const bool sameCount = body.vertexCount == named.mesh.vertices.size();
   if (body.sampleCount > 0 && sameCount && body.triangles != named.mesh.triangles) {
     hold(body, timeCode);
@@ -211,7 +211,7 @@ Result<void> UsdStage::declare(std::size_t number, const NamedMesh& named) {
   RoundingLoss ignored;
   std::vector<std::string> told;  // by the writer of the clip
   const auto values = usdMeshValues(named, options_.center, options_, ignored, told);
-  if (!values) return pass(values.error());
+  if (!values) return values.error();
   const auto add = [](Body& to, const std::string& name, const std::string& type,
                       const std::string& metadata) {
     if (propertyOf(to, name) == nullptr) to.properties.emplace_back(name, Property{type, metadata});
@@ -318,14 +318,14 @@ Result<void> UsdStage::writeRoot(const std::string& metadata, Output& into) cons
 Result<std::vector<std::string>> UsdStage::finish(OutputFile& file, const Span& played,
                                                   const std::string& rootMetadata) {
   Output into(form_, file);
-  if (auto done = into.begin(); !done) return pass(done.error());
-  if (auto done = into.write(header(played)); !done) return pass(done.error());
-  if (auto done = writeRoot(rootMetadata, into); !done) return pass(done.error());
+  if (auto done = into.begin(); !done) return done.error();
+  if (auto done = into.write(header(played)); !done) return done.error();
+  if (auto done = writeRoot(rootMetadata, into); !done) return done.error();
   for (const Body& body : bodies_) {
-    if (auto done = write(body, into); !done) return pass(done.error());
+    if (auto done = write(body, into); !done) return done.error();
   }
-  if (auto done = into.write("}\n"); !done) return pass(done.error());
-  if (auto done = into.end(); !done) return pass(done.error());
+  if (auto done = into.write("}\n"); !done) return done.error();
+  if (auto done = into.end(); !done) return done.error();
   if (auto line = rounding_.line()) lost_.push_back(std::move(*line));
   return lost_;
 }

@@ -73,14 +73,14 @@ class UsdScanner {
     return from(begin);
   }
 
-  tl::unexpected<Error> unexpected(std::string_view what) const {
+  Error unexpected(std::string_view what) const {
     if (atEnd()) return invalid(fmt::format("the text ends, expected {}", what), here());
     std::size_t end = at_;
     while (end < text_.size() && !isBlank(text_[end]) && end < at_ + 40) ++end;
     return invalid(
         fmt::format("found {}, expected {}", inQuotes(text_.substr(at_, end - at_)), what), here());
   }
-  tl::unexpected<Error> invalidAt(std::string_view part, std::string message) const {
+  Error invalidAt(std::string_view part, std::string message) const {
     return invalid(std::move(message), document_.where(part));
   }
   std::string here() const { return document_.where(text_.substr(std::min(at_, text_.size()), 0)); }
@@ -132,10 +132,10 @@ class UsdScanner {
       case '[':
       case '(':
       case '{':
-        if (auto done = skipNested(); !done) return pass(done.error());
+        if (auto done = skipNested(); !done) return done.error();
         return from(begin);
       case '<':
-        if (auto done = skipPath(); !done) return pass(done.error());
+        if (auto done = skipPath(); !done) return done.error();
         return from(begin);
       case '@':
         return asset();
@@ -168,14 +168,14 @@ class UsdScanner {
   /// With the prim in it, and its offset in time.
   Result<std::string_view> asset() {
     const std::size_t begin = at_;
-    if (auto done = skipAsset(); !done) return pass(done.error());
+    if (auto done = skipAsset(); !done) return done.error();
     if (peek() == '<') {
-      if (auto done = skipPath(); !done) return pass(done.error());
+      if (auto done = skipPath(); !done) return done.error();
     }
     const std::size_t end = at_;
     skipBlanks();
     if (peek() != '(') return text_.substr(begin, end - begin);
-    if (auto done = skipNested(); !done) return pass(done.error());
+    if (auto done = skipNested(); !done) return done.error();
     return from(begin);
   }
 
@@ -195,7 +195,7 @@ class UsdScanner {
         ++at_;
         if (closers.empty()) return {};
       } else if (c == '"' || c == '\'') {
-        if (auto done = string(); !done) return pass(done.error());
+        if (auto done = string(); !done) return done.error();
       } else if (c == '@') {
         if (auto done = skipAsset(); !done) return done;
       } else if (c == '<') {
@@ -229,15 +229,15 @@ class UsdParser {
     UsdLayer layer;
     in_.skipBlanks();  // the first line is a comment, too
     if (in_.take('(')) {
-      if (auto done = metadata(layer.metadata); !done) return pass(done.error());
+      if (auto done = metadata(layer.metadata); !done) return done.error();
     }
     for (skipSeparators(); !in_.atEnd(); skipSeparators()) {
       const std::string_view word = in_.word();
       if (word == "reorder") {
-        if (auto done = reorder(); !done) return pass(done.error());
+        if (auto done = reorder(); !done) return done.error();
       } else if (isOneOf(word, {"def", "over", "class"})) {
         auto made = prim(word, 0);
-        if (!made) return pass(made.error());
+        if (!made) return made.error();
         layer.prims.push_back(std::move(*made));
       } else {
         return in_.unexpected("def, over or class");
@@ -258,7 +258,7 @@ class UsdParser {
     in_.word();
     if (auto done = in_.expect('=', "="); !done) return done;
     const auto value = in_.value();
-    return value ? Result<void>() : Result<void>(pass(value.error()));
+    return value ? Result<void>() : Result<void>(value.error());
   }
 
   /// Behind its parenthesis.
@@ -267,7 +267,7 @@ class UsdParser {
       skipSeparators();
       if (in_.take(')')) return {};
       if (in_.peek() == '"' || in_.peek() == '\'') {
-        if (auto comment = in_.string(); !comment) return pass(comment.error());
+        if (auto comment = in_.string(); !comment) return comment.error();
         continue;
       }
       std::string_view key = in_.word();
@@ -275,7 +275,7 @@ class UsdParser {
       if (key.empty()) return in_.unexpected("the name of a field, or )");
       if (auto done = in_.expect('=', "="); !done) return done;
       const auto value = in_.value();
-      if (!value) return pass(value.error());
+      if (!value) return value.error();
       fields.push_back({key, *value});
     }
   }
@@ -291,12 +291,12 @@ class UsdParser {
     if (depth == kDeepest) return in_.unexpected("prims that are not nested as deep");
     made.type = in_.word();
     const auto name = in_.string();
-    if (!name) return pass(name.error());
+    if (!name) return name.error();
     made.name = name->substr(1, name->size() - 2);
     if (in_.take('(')) {
-      if (auto done = metadata(made.metadata); !done) return pass(done.error());
+      if (auto done = metadata(made.metadata); !done) return done.error();
     }
-    if (auto done = in_.expect('{', "{"); !done) return pass(done.error());
+    if (auto done = in_.expect('{', "{"); !done) return done.error();
     std::map<std::string_view, std::size_t> numbers;  // of properties
     while (true) {
       skipSeparators();
@@ -316,17 +316,17 @@ class UsdParser {
       } else {
         done = property(word, made, numbers);
       }
-      if (!done) return pass(done.error());
+      if (!done) return done.error();
     }
   }
 
   Result<void> variantSet(UsdPrim& made) {
     const auto name = in_.string();
-    if (!name) return pass(name.error());
+    if (!name) return name.error();
     made.variantSet = *name;
     if (auto done = in_.expect('=', "="); !done) return done;
     const auto value = in_.value();
-    return value ? Result<void>() : Result<void>(pass(value.error()));
+    return value ? Result<void>() : Result<void>(value.error());
   }
 
   Result<void> property(std::string_view word, UsdPrim& of,
@@ -354,7 +354,7 @@ class UsdParser {
         if (auto done = samples(made); !done) return done;
       } else {
         const auto value = in_.value();
-        if (!value) return pass(value.error());
+        if (!value) return value.error();
         if (suffix.empty()) made.value = *value;
         if (suffix == "spline") made.isSpline = true;
       }
@@ -368,12 +368,12 @@ class UsdParser {
     while (!in_.take('}')) {
       UsdSample sample;
       const auto code = in_.number("a time code");
-      if (!code) return pass(code.error());
+      if (!code) return code.error();
       if (!std::isfinite(*code)) return in_.unexpected("a finite time code before this");
       sample.timeCode = *code;
       if (auto done = in_.expect(':', ": behind a time code"); !done) return done;
       const auto value = in_.value();
-      if (!value) return pass(value.error());
+      if (!value) return value.error();
       sample.value = *value;
       made.samples.push_back(sample);
       if (in_.take(',')) continue;
@@ -398,18 +398,18 @@ class UsdNumberReader {
       : in_(document, value), width_(width), rounded_(rounded) {}
 
   Result<std::vector<double>> array() {
-    if (auto done = in_.expect('[', "["); !done) return pass(done.error());
+    if (auto done = in_.expect('[', "["); !done) return done.error();
     while (!in_.take(']')) {
-      if (auto done = element(); !done) return pass(done.error());
+      if (auto done = element(); !done) return done.error();
       if (in_.take(',')) continue;
-      if (auto done = in_.expect(']', ", or ]"); !done) return pass(done.error());
+      if (auto done = in_.expect(']', ", or ]"); !done) return done.error();
       break;
     }
     return std::move(numbers_);
   }
 
   Result<std::vector<double>> one() {
-    if (auto done = element(); !done) return pass(done.error());
+    if (auto done = element(); !done) return done.error();
     return std::move(numbers_);
   }
 
@@ -436,7 +436,7 @@ class UsdNumberReader {
 
   Result<void> number() {
     const auto number = in_.number("a number");
-    if (!number) return pass(number.error());
+    if (!number) return number.error();
     numbers_.push_back(rounded_ ? static_cast<double>(static_cast<float>(*number)) : *number);
     return {};
   }
@@ -482,7 +482,7 @@ Result<UsdDocument> openUsd(InputFile file) {
   std::string_view within;
   if (document.text.starts_with(kZipHeader)) {
     const auto entry = firstZipEntry(*document.file);
-    if (!entry) return pass(entry.error());
+    if (!entry) return entry.error();
     document.text = entry->bytes;
     within = entry->name;
   }
@@ -536,13 +536,13 @@ std::string usdUnquoted(std::string_view value) {
 Result<std::vector<std::string>> usdTokens(const UsdDocument& document, std::string_view value) {
   UsdScanner in(document, value);
   std::vector<std::string> tokens;
-  if (auto done = in.expect('[', "["); !done) return pass(done.error());
+  if (auto done = in.expect('[', "["); !done) return done.error();
   while (!in.take(']')) {
     const auto token = in.string();
-    if (!token) return pass(token.error());
+    if (!token) return token.error();
     tokens.push_back(usdUnquoted(*token));
     if (in.take(',')) continue;
-    if (auto done = in.expect(']', ", or ]"); !done) return pass(done.error());
+    if (auto done = in.expect(']', ", or ]"); !done) return done.error();
     break;
   }
   return tokens;

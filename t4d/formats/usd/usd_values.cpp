@@ -257,7 +257,7 @@ Result<void> addVelocities(const NamedMesh& named, std::vector<UsdValue>& values
 Result<std::vector<UsdValue>> usdMeshValues(const NamedMesh& named, const model::Point3& center,
                                             const MeshWriteOptions& options, RoundingLoss& rounding,
                                             std::vector<std::string>& lost) {
-  if (auto good = checkWritable(named); !good) return pass(good.error());
+  if (auto good = checkWritable(named); !good) return good.error();
   const model::TriangleMesh& mesh = named.mesh;
   constexpr std::size_t kMostPoints = std::numeric_limits<std::int32_t>::max();
   if (mesh.vertices.size() > kMostPoints || mesh.triangles.size() > kMostPoints / 3) {
@@ -266,7 +266,7 @@ Result<std::vector<UsdValue>> usdMeshValues(const NamedMesh& named, const model:
         fmt::format("mesh '{}' has more vertices or corners than USD's int can count", named.name));
   }
   const auto points = roundedVertices(named, center, rounding);
-  if (!points) return pass(points.error());
+  if (!points) return points.error();
   std::vector<UsdValue> values;
   values.push_back({"int[]", "faceVertexCounts", "", false, [&mesh] {
                       const std::vector<int> counts(mesh.triangles.size(), 3);
@@ -283,7 +283,7 @@ Result<std::vector<UsdValue>> usdMeshValues(const NamedMesh& named, const model:
   if (options.normals) values.push_back(normalsOf(mesh, *options.normals));
   addColors(named, values);
   if (!options.attributes) return values;
-  if (auto done = addVelocities(named, values); !done) return pass(done.error());
+  if (auto done = addVelocities(named, values); !done) return done.error();
   addAttributes(named, values, lost);
   return values;
 }

@@ -30,13 +30,13 @@ Result<std::vector<std::string>> writeClip(UsdStage& stage, OutputFile& file,
     const std::size_t body = stage.addBody(name);
     const auto found = std::ranges::find(meshes, name, &NamedMesh::name);
     const bool visible = found != meshes.end() && !found->mesh.triangles.empty();
-    if (auto done = stage.show(body, code, visible); !done) return pass(done.error());
+    if (auto done = stage.show(body, code, visible); !done) return done.error();
     if (!visible) continue;
     auto done = stage.sample(body, code, *found, options.center);
-    if (!done) return pass(done.error());
+    if (!done) return done.error();
   }
   if (options.time) {
-    if (auto done = stage.meshTime(code, *options.time); !done) return pass(done.error());
+    if (auto done = stage.meshTime(code, *options.time); !done) return done.error();
   }
   return stage.finish(file, {code, code});
 }
@@ -45,11 +45,11 @@ Result<std::vector<std::string>> writeUsdMeshes(UsdForm form, OutputFile& file,
                                                 std::span<const NamedMesh> meshes,
                                                 const MeshWriteOptions& options) {
   auto stage = UsdStage::create(form, options.usd.timeCodesPerSecond, options);
-  if (!stage) return pass(stage.error());
+  if (!stage) return stage.error();
   if (options.usd.timeCode) return writeClip(*stage, file, meshes, options);
   for (const NamedMesh& named : meshes) {
     auto done = stage->sample(stage->addBody(named.name), 0, named, options.center);
-    if (!done) return pass(done.error());
+    if (!done) return done.error();
   }
   return stage->finish(file, {0, 0});
 }
@@ -104,7 +104,7 @@ Result<UsdWriter> UsdWriter::create(const std::filesystem::path& path, double ti
   auto stage = UsdStage::create(usdFormOf(path), timeCodesPerSecond, options);
   if (!stage) return inFile(path, stage.error());
   auto file = OutputFile::create(path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   return UsdWriter(std::unique_ptr<State>(
       new State{path, std::move(*file), std::move(*stage), samples, options.usd.maxBytes}));
 }
@@ -116,7 +116,7 @@ Result<std::size_t> UsdWriter::State::bodyOf(const std::string& name) {
   const std::size_t body = stage.addBody(name);
   bodies.emplace(name, body);
   if (frames > 0) {
-    if (auto done = stage.show(body, 0, false); !done) return pass(done.error());
+    if (auto done = stage.show(body, 0, false); !done) return done.error();
   }
   return body;
 }
@@ -219,7 +219,7 @@ Result<std::vector<std::string>> UsdWriter::finish(double end) {
   State& state = *state_;
   auto lost = state.stage.finish(state.file, {0, std::max(0.0, end - 1)});
   if (!lost) return inFile(state.path, lost.error());
-  if (auto done = state.file.commit(); !done) return pass(done.error());
+  if (auto done = state.file.commit(); !done) return done.error();
   state.files.push_back(state.path);
   return lost;
 }
@@ -238,7 +238,7 @@ UsdClipSet::~UsdClipSet() = default;
 
 Result<UsdClipSet> UsdClipSet::create(const MeshWriteOptions& options) {
   auto stage = UsdStage::create(UsdForm::Text, options.usd.timeCodesPerSecond, options);
-  if (!stage) return pass(stage.error());
+  if (!stage) return stage.error();
   UsdClipSet made(std::make_unique<UsdStage>(std::move(*stage)));
   for (const std::string& name : options.usd.bodies) {
     made.bodies_.emplace(name, made.stage_->addBody(name));
@@ -271,7 +271,7 @@ Result<void> UsdClipSet::write(const std::filesystem::path& path,
       "        string primPath = \"/t4d\"\n        double2[] times = [{0}]\n    }}\n}}",
       codes, assets, name);
   auto file = OutputFile::create(path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   auto written = stage_->finish(*file, {0, end}, clips);
   if (!written) return inFile(path, written.error());
   return file->commit();

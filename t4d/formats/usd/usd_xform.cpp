@@ -101,7 +101,7 @@ Result<UsdXformOp> UsdXformOp::read(const UsdDocument& document, const UsdPrim& 
   if (samples.empty()) return refuse("has no value");
   for (const UsdSample& sample : samples) {
     const auto numbers = usdNumbers(document, sample.value, width, UsdShapeOf::One, property->type);
-    if (!numbers) return pass(numbers.error());
+    if (!numbers) return numbers.error();
     VectorXd value = Eigen::Map<const VectorXd>(numbers->data(), std::ssize(*numbers));
     if (single) {
       const double number = value[0];
@@ -237,7 +237,7 @@ Result<UsdXform> UsdXform::read(const UsdDocument& document, const UsdPrim& prim
   const UsdProperty* order = prim.property("xformOpOrder");
   if (order == nullptr || !order->value || *order->value == "None") return xform;
   const auto names = usdTokens(document, *order->value);
-  if (!names) return pass(names.error());
+  if (!names) return names.error();
   constexpr std::size_t kMostOps = 64;
   if (names->size() > kMostOps) {
     return fail(
@@ -252,7 +252,7 @@ Result<UsdXform> UsdXform::read(const UsdDocument& document, const UsdPrim& prim
       continue;
     }
     auto op = UsdXformOp::read(document, prim, name, timeCodesPerSecond);
-    if (!op) return pass(op.error());
+    if (!op) return op.error();
     xform.ops.push_back(std::move(*op));
   }
   return xform;

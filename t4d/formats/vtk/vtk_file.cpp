@@ -154,14 +154,14 @@ class VtkParser {
       left.remove_prefix(chunk.size());
       status = XML_Parse(parser_, chunk.data(), static_cast<int>(chunk.size()), left.empty());
     }
-    if (problem_) return pass(*problem_);
+    if (problem_) return *problem_;
     if (status != XML_STATUS_OK && !atAppended_) {
       return invalid(fmt::format("is not XML: {}", XML_ErrorString(XML_GetErrorCode(parser_))),
                      file_.atLine(XML_GetCurrentLineNumber(parser_)));
     }
     if (!isRight_) return otherFile();
     if (atAppended_) {
-      if (auto found = findAppended(); !found) return pass(found.error());
+      if (auto found = findAppended(); !found) return found.error();
     }
     return std::move(result_);
   }
@@ -184,7 +184,7 @@ class VtkParser {
     problem_ = std::move(error);
     XML_StopParser(parser_, XML_FALSE);
   }
-  tl::unexpected<Error> otherFile() const {
+  Error otherFile() const {
     return invalid(fmt::format("is not a VTKFile of type {}", nameOf(type_)), file_.path.string());
   }
   std::string here() const { return file_.atLine(XML_GetCurrentLineNumber(parser_)); }
@@ -208,10 +208,9 @@ class VtkParser {
       const std::string encoding = attributes["encoding"];
       result_.rawAppended_ = encoding == "raw";
       if (encoding != "raw" && encoding != "base64") {
-        return stop(invalid(fmt::format("found encoding {}, expected 'raw' or 'base64'",
-                                        inQuotes(encoding)),
-                            here())
-                        .value());
+        return stop(invalid(
+            fmt::format("found encoding {}, expected 'raw' or 'base64'", inQuotes(encoding)),
+            here()));
       }
       atAppended_ = true;
       appendedAt_ = static_cast<std::size_t>(XML_GetCurrentByteIndex(parser_));
@@ -233,13 +232,12 @@ class VtkParser {
 
   void startFile(Attributes& attributes) {
     isRight_ = attributes["type"] == nameOf(type_);
-    if (!isRight_) return stop(otherFile().value());
+    if (!isRight_) return stop(otherFile());
     const std::string& order = attributes["byte_order"];
     if (!order.empty() && order != "LittleEndian" && order != "BigEndian") {
       return stop(invalid(fmt::format("found byte_order {}, expected 'LittleEndian' or 'BigEndian'",
                                       inQuotes(order)),
-                          here())
-                      .value());
+                          here()));
     }
     if (order == "BigEndian") result_.order_ = std::endian::big;
     const std::string& name = attributes["compressor"];
@@ -249,8 +247,7 @@ class VtkParser {
                        fmt::format("is compressed by {}, expected vtkZLibDataCompressor, "
                                    "vtkLZ4DataCompressor or vtkLZMADataCompressor",
                                    inQuotes(name)),
-                       here())
-                      .value());
+                       here()));
     }
     result_.compressor_ = compressor->second;
     result_.wideHeader_ = attributes["header_type"] == "UInt64";
@@ -272,8 +269,7 @@ class VtkParser {
       if (!number || *number > std::numeric_limits<std::uint32_t>::max()) {
         return stop(invalid(fmt::format("{} is {}, expected a whole number below 2^32", name,
                                         inQuotes(attributes[name])),
-                            here())
-                        .value());
+                            here()));
       }
       *count = *number;
     }
@@ -297,8 +293,7 @@ class VtkParser {
     if (!read("NumberOfComponents", array.components) || !read("offset", array.offset)) {
       return stop(invalid(fmt::format("the array {} has attributes that are not whole numbers",
                                       inQuotes(array.name)),
-                          here())
-                      .value());
+                          here()));
     }
     section_->push_back(std::move(array));
     array_ = &section_->back();
@@ -374,7 +369,7 @@ std::string VtkFile::dialect() const {
   return text;
 }
 
-tl::unexpected<Error> VtkFile::wrong(const VtkArray& array, const std::string& message) const {
+Error VtkFile::wrong(const VtkArray& array, const std::string& message) const {
   return invalid(fmt::format("the array {} {}", inQuotes(array.name), message),
                  file_->path.string());
 }
@@ -393,7 +388,7 @@ Result<std::string_view> VtkFile::storedOf(const VtkArray& array) const {
 
 Result<std::uint64_t> VtkFile::sizeSaidBy(const VtkArray& array) const {
   const auto stored = storedOf(array);
-  if (!stored) return pass(stored.error());
+  if (!stored) return stored.error();
   const std::size_t word = wideHeader_ ? 8 : 4;
   const std::size_t words = compressor_ == Compressor::None ? 1 : 3;
   std::string head(stored->substr(0, words * word));
@@ -418,7 +413,7 @@ Result<std::uint64_t> VtkFile::sizeSaidBy(const VtkArray& array) const {
 /// the last block unless it is as large, and the compressed size of each.
 Result<VtkFile::Blocks> VtkFile::blocksOf(const VtkArray& array, std::uint64_t size) {
   const auto all = storedOf(array);
-  if (!all) return pass(all.error());
+  if (!all) return all.error();
   const std::string_view stored = *all;
   const bool isRaw = array.format == "appended" && rawAppended_;
   Blocks result;
@@ -440,7 +435,7 @@ Result<VtkFile::Blocks> VtkFile::blocksOf(const VtkArray& array, std::uint64_t s
   if (compressor_ == Compressor::None) {
     // One more byte would show that there are too many.
     const auto bytes = first(word + size);
-    if (!bytes) return pass(bytes.error());
+    if (!bytes) return bytes.error();
     if (bytes->size() < word) return wrong(array, tooShort);
     if (wordAt(*bytes, 0) != size) {
       return wrong(array, fmt::format("has {} bytes, expected {}", wordAt(*bytes, 0), size));
@@ -450,7 +445,7 @@ Result<VtkFile::Blocks> VtkFile::blocksOf(const VtkArray& array, std::uint64_t s
     return result;
   }
   auto head = first(3 * word);
-  if (!head) return pass(head.error());
+  if (!head) return head.error();
   if (head->size() < 3 * word) {
     // An array without blocks may have a shorter header.
     if (size == 0) return result;
@@ -468,7 +463,7 @@ Result<VtkFile::Blocks> VtkFile::blocksOf(const VtkArray& array, std::uint64_t s
                                     blocks, blockSize, last, size));
   }
   head = first((3 + blocks) * word);
-  if (!head) return pass(head.error());
+  if (!head) return head.error();
   if (head->size() < (3 + blocks) * word) return wrong(array, tooShort);
   std::vector<std::uint64_t> sizes;
   std::uint64_t packedSize = 0;
@@ -489,7 +484,7 @@ Result<VtkFile::Blocks> VtkFile::blocksOf(const VtkArray& array, std::uint64_t s
                                     unpacked_, file_->bytes.size(), most));
   }
   const auto bytes = first((3 + blocks) * word + packedSize);
-  if (!bytes) return pass(bytes.error());
+  if (!bytes) return bytes.error();
   if (bytes->size() < (3 + blocks) * word + packedSize) return wrong(array, tooShort);
   result.compressor = compressor_;
   std::uint64_t at = (3 + blocks) * word;
@@ -554,7 +549,7 @@ Result<void> VtkFile::forValues(const VtkArray& array, std::uint64_t count, Allo
   const std::size_t width = sizeOf(array.type);
   if (width == 0) return wrong(array, fmt::format("has the type {}", inQuotes(array.type)));
   auto blocks = blocksOf(array, count * width);
-  if (!blocks) return pass(blocks.error());
+  if (!blocks) return blocks.error();
   std::string whole;
   if (blocks->list.size() > 1 && blocks->list.front().size % width != 0) {
     // A number may begin in one block and end in the next.
@@ -607,7 +602,7 @@ Result<std::vector<std::int64_t>> VtkFile::integers(const VtkArray& array, std::
           *at++ = static_cast<std::int64_t>(number);
         };
       });
-  if (!done) return pass(done.error());
+  if (!done) return done.error();
   return values;
 }
 
@@ -632,7 +627,7 @@ Result<void> VtkFile::indicesBelow(const VtkArray& array, std::uint64_t count, s
       });
   if (!done || !beyond) return done;
   const auto all = integers(array, count);
-  if (!all) return pass(all.error());
+  if (!all) return all.error();
   const auto first = std::ranges::find_if(
       *all, [&](std::int64_t number) { return static_cast<std::uint64_t>(number) >= limit; });
   return wrong(array, fmt::format("has the number {}, expected 0 to {}", *first, limit - 1));
@@ -645,7 +640,7 @@ Result<std::vector<std::uint32_t>> VtkFile::indices(const VtkArray& array, std::
     values.resize(count);
     return values.data();
   });
-  if (!done) return pass(done.error());
+  if (!done) return done.error();
   return values;
 }
 
@@ -655,7 +650,7 @@ Result<std::vector<std::uint8_t>> VtkFile::types(const VtkArray& array, std::uin
     values.resize(count);
     return values.data();
   });
-  if (!done) return pass(done.error());
+  if (!done) return done.error();
   return values;
 }
 
@@ -666,7 +661,7 @@ Result<std::vector<model::Cell>> VtkFile::tetrahedra(const VtkArray& array, std:
     cells.resize(count);
     return reinterpret_cast<std::uint32_t*>(cells.data());
   });
-  if (!done) return pass(done.error());
+  if (!done) return done.error();
   return cells;
 }
 
@@ -729,7 +724,7 @@ Result<model::Attribute> VtkFile::attribute(const VtkArray& array, model::Domain
     }
     return {};
   };
-  if (auto done = readAs(); !done) return pass(done.error());
+  if (auto done = readAs(); !done) return done.error();
   if (!textFits) return wrong(array, fmt::format("has numbers that are not {}", array.type));
   return made;
 }
@@ -744,20 +739,20 @@ Result<std::string> VtkFile::strings(const VtkArray& array) {
           return begins;
         }));
     const auto codes = integers(array, count);
-    if (!codes) return pass(codes.error());
+    if (!codes) return codes.error();
     for (const std::int64_t code : *codes) bytes += static_cast<char>(code);
     return bytes;
   }
   const auto size = sizeSaidBy(array);
-  if (!size) return pass(size.error());
+  if (!size) return size.error();
   if (*size > kMostStringBytes) return wrong(array, fmt::format("has {} bytes of text", *size));
   const auto blocks = blocksOf(array, *size);
-  if (!blocks) return pass(blocks.error());
+  if (!blocks) return blocks.error();
   bytes.resize(*size);
   auto done = unpack(array, *blocks, [&](std::uint64_t begin, std::string_view some) {
     std::ranges::copy(some, bytes.begin() + static_cast<std::ptrdiff_t>(begin));
   });
-  if (!done) return pass(done.error());
+  if (!done) return done.error();
   return bytes;
 }
 

@@ -101,7 +101,7 @@ class VtkFile {
   /// The type of an array; nothing if its values cannot be read.
   static std::optional<model::ScalarType> scalarTypeOf(const VtkArray& array);
 
-  tl::unexpected<Error> wrong(const VtkArray& array, const std::string& message) const;
+  Error wrong(const VtkArray& array, const std::string& message) const;
 
  private:
   friend class VtkParser;

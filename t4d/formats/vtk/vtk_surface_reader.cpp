@@ -90,7 +90,7 @@ class VtkSurfaceReader {
 
   Result<LoadedMesh> readPolyData() {
     for (const VtkPiece& piece : vtk_.pieces()) {
-      if (auto done = addPolyData(piece); !done) return pass(done.error());
+      if (auto done = addPolyData(piece); !done) return done.error();
     }
     return finish();
   }
@@ -99,14 +99,14 @@ class VtkSurfaceReader {
     std::vector<Grid> grids;
     for (const VtkPiece& piece : vtk_.pieces()) {
       auto grid = gridOf(piece);
-      if (!grid) return pass(grid.error());
+      if (!grid) return grid.error();
       grids.push_back(std::move(*grid));
     }
     for (const Grid& grid : grids) {
-      if (auto good = checkTypes(grid); !good) return pass(good.error());
+      if (auto good = checkTypes(grid); !good) return good.error();
     }
     auto added = solids_ > 0 ? addBoundary(grids) : addFlatCells(grids);
-    if (!added) return pass(added.error());
+    if (!added) return added.error();
     grids.clear();
     return finish();
   }
@@ -165,10 +165,10 @@ class VtkSurfaceReader {
     }
     constexpr std::uint32_t kMost = std::numeric_limits<std::uint32_t>::max();
     auto offsets = vtk_.indices(*ends, of.count, kMost);
-    if (!offsets) return pass(offsets.error());
+    if (!offsets) return offsets.error();
     if (!std::ranges::is_sorted(*offsets)) return vtk_.wrong(*ends, "goes down");
     auto all = vtk_.indices(*corners, offsets->back(), static_cast<std::uint32_t>(points));
-    if (!all) return pass(all.error());
+    if (!all) return all.error();
     return Cells{std::move(*offsets), std::move(*all)};
   }
 
@@ -180,12 +180,12 @@ class VtkSurfaceReader {
     const std::uint64_t cells = skipped + piece.polygons.count + piece.strips.count;
     if (auto added = addPoints(piece, cells); !added) return added;
     const auto ghosts = ghostsOf(piece, cells);
-    if (!ghosts) return pass(ghosts.error());
+    if (!ghosts) return ghosts.error();
     // Data of cells are in this order.
     std::size_t row = skipped;
     for (const VtkCells* of : {&piece.polygons, &piece.strips}) {
       const auto read = cellsOf(*of, piece.points);
-      if (!read) return pass(read.error());
+      if (!read) return read.error();
       for (std::size_t i = 0; i < of->count; ++i, ++row) {
         if (isLeftOut(*ghosts, row)) continue;
         const auto type = of == &piece.strips ? kVtkStrip : kVtkPolygon;
@@ -215,16 +215,16 @@ class VtkSurfaceReader {
     Grid grid;
     grid.firstPoint = builder_.pointCount();
     grid.firstRow = rows_;
-    if (auto added = addPoints(piece, count); !added) return pass(added.error());
+    if (auto added = addPoints(piece, count); !added) return added.error();
     if (count == 0) return grid;
     const VtkArray* types = arrayNamed(piece.cells.arrays, "types");
     if (types == nullptr) return invalid("a piece has cells without types", path_);
     auto cells = cellsOf(piece.cells, piece.points);
-    if (!cells) return pass(cells.error());
+    if (!cells) return cells.error();
     auto kinds = vtk_.types(*types, count);
-    if (!kinds) return pass(kinds.error());
+    if (!kinds) return kinds.error();
     auto ghosts = ghostsOf(piece, count);
-    if (!ghosts) return pass(ghosts.error());
+    if (!ghosts) return ghosts.error();
     grid.cells = std::move(*cells);
     grid.types = std::move(*kinds);
     grid.ghosts = std::move(*ghosts);
@@ -427,13 +427,13 @@ class VtkSurfaceReader {
 
 Result<LoadedMesh> readVtp(const InputFile& file) {
   auto vtk = VtkFile::open(file, VtkType::PolyData);
-  if (!vtk) return pass(vtk.error());
+  if (!vtk) return vtk.error();
   return VtkSurfaceReader(file, *vtk).readPolyData();
 }
 
 Result<LoadedMesh> readVtuSurface(const InputFile& file) {
   auto vtk = VtkFile::open(file, VtkType::UnstructuredGrid);
-  if (!vtk) return pass(vtk.error());
+  if (!vtk) return vtk.error();
   return VtkSurfaceReader(file, *vtk).readGrid();
 }
 

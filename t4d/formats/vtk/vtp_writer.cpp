@@ -96,7 +96,7 @@ class VtpWriter {
     head += "</Polys>\n</Piece>\n</PolyData>\n<AppendedData encoding=\"raw\">\n_";
     const std::string_view end = "\n</AppendedData>\n</VTKFile>\n";
     for (const std::string_view part : {std::string_view(head), std::string_view(data_), end}) {
-      if (auto done = file.write(part.data(), part.size()); !done) return pass(done.error());
+      if (auto done = file.write(part.data(), part.size()); !done) return done.error();
     }
     return lost_;
   }

@@ -61,7 +61,7 @@ Result<std::string> unpackDicomImage(const DicomPacked& image) {
   constexpr std::uint64_t kSeconds = 60;
   const auto work =
       system::runIsolated([&] { return unpackHere(image); }, {kRoom + kTimes * bytes, kSeconds});
-  if (!work) return pass(work.error());
+  if (!work) return work.error();
   if (work->end == system::IsolatedWork::End::Returned && work->result.size() == bytes) {
     return work->result;
   }

@@ -145,7 +145,7 @@ class Bytes {
  public:
   static Result<Bytes> open(const fs::path& path) {
     const auto size = system::sizeOfRegularFile(path);
-    if (!size) return pass(size.error());
+    if (!size) return size.error();
     Bytes bytes;
     bytes.where_ = path.string();
     bytes.size_ = *size;
@@ -201,7 +201,7 @@ class Bytes {
     return {};
   }
 
-  tl::unexpected<Error> cutOff() const { return invalid("is cut off or damaged", where_); }
+  Error cutOff() const { return invalid("is cut off or damaged", where_); }
 
  private:
   static constexpr unsigned kPart = 1U << 18U;
@@ -236,7 +236,7 @@ class Parser {
   Result<ElementHead> head(std::uint64_t at, std::uint64_t end) {
     std::array<char, 12> raw{};
     if (at > end || end - at < 8) return bytes_.cutOff();
-    if (auto done = bytes_.read(at, std::span(raw).first(8)); !done) return pass(done.error());
+    if (auto done = bytes_.read(at, std::span(raw).first(8)); !done) return done.error();
     ElementHead head;
     head.tag = static_cast<std::uint32_t>(number(raw.data(), 2) << 16U | number(raw.data() + 2, 2));
     head.value = at + 8;
@@ -253,7 +253,7 @@ class Parser {
       } else {
         if (end - at < 12) return bytes_.cutOff();
         if (auto done = bytes_.read(at + 8, std::span(raw).subspan(8)); !done) {
-          return pass(done.error());
+          return done.error();
         }
         head.length = static_cast<std::uint32_t>(number(raw.data() + 8, 4));
         head.value = at + 12;
@@ -275,11 +275,11 @@ class Parser {
   Result<std::uint64_t> dataSet(std::uint64_t at, std::uint64_t end, DataSet* into, int depth) {
     while (at < end) {
       auto element = head(at, end);
-      if (!element) return pass(element.error());
+      if (!element) return element.error();
       if (element->tag == kItemEnd) return element->value;
       if (depth == 0 && element->tag >= kFloatPixels && element->tag <= kPixels) return at;
       auto next = value(*element, end, into, depth);
-      if (!next) return pass(next.error());
+      if (!next) return next.error();
       at = *next;
     }
     return at;
@@ -310,7 +310,7 @@ class Parser {
     if (into != nullptr && wantedValues().contains(element.tag) && element.length <= kLongest) {
       std::string& text = into->values[element.tag];
       text.resize(element.length);
-      if (auto done = bytes_.read(element.value, text); !done) return pass(done.error());
+      if (auto done = bytes_.read(element.value, text); !done) return done.error();
     }
     return element.end();
   }
@@ -325,7 +325,7 @@ class Parser {
     std::uint64_t at = sequence.value;
     while (open || at < end) {
       auto item = head(at, end);
-      if (!item) return pass(item.error());
+      if (!item) return item.error();
       if (item->tag == kSequenceEnd) return item->value;
       if (item->tag != kItem) {
         return invalid(fmt::format("is damaged: in the sequence {} byte {} begins {}, expected an "
@@ -457,9 +457,9 @@ class Reading {
 
   Result<DicomFile> run() {
     const auto at = meta();
-    if (!at) return pass(at.error());
+    if (!at) return at.error();
     const auto pixels = parser_.dataSet(*at, bytes_.size(), &set_, 0);
-    if (!pixels) return pass(pixels.error());
+    if (!pixels) return pixels.error();
     file_.series = textOf(set_, kSeries);
     file_.number = textOf(set_, kSeriesNumber);
     file_.description = textOf(set_, kSeriesDescription);
@@ -470,15 +470,13 @@ class Reading {
   }
 
  private:
-  tl::unexpected<Error> wrong(std::string message) const {
-    return invalid(std::move(message), bytes_.where());
-  }
+  Error wrong(std::string message) const { return invalid(std::move(message), bytes_.where()); }
 
   /// Reads the group 0002, which says how the rest is written; returns where that begins.
   Result<std::uint64_t> meta() {
     std::array<char, 4> magic{};
     if (bytes_.size() < kSignatureEnd) return wrong("is not a DICOM file: it is too short");
-    if (auto done = bytes_.read(kSignatureEnd - 4, magic); !done) return pass(done.error());
+    if (auto done = bytes_.read(kSignatureEnd - 4, magic); !done) return done.error();
     if (std::string_view(magic.data(), 4) != "DICM") {
       return wrong("is not a DICOM file: it has no 'DICM' at byte 128");
     }
@@ -486,15 +484,15 @@ class Reading {
     DataSet meta;
     while (at + 8 <= bytes_.size()) {
       std::array<char, 2> group{};
-      if (auto done = bytes_.read(at, group); !done) return pass(done.error());
+      if (auto done = bytes_.read(at, group); !done) return done.error();
       if (parser_.number(group.data(), 2) != 2) break;
       const auto element = parser_.head(at, bytes_.size());
-      if (!element) return pass(element.error());
+      if (!element) return element.error();
       if (element->length == kUndefinedLength) return bytes_.cutOff();
       if (element->tag == kTransferSyntax) {
         std::string& text = meta.values[kTransferSyntax];
         text.resize(std::min<std::uint32_t>(element->length, 64));
-        if (auto done = bytes_.read(element->value, text); !done) return pass(done.error());
+        if (auto done = bytes_.read(element->value, text); !done) return done.error();
       }
       at = element->end();
     }
@@ -506,7 +504,7 @@ class Reading {
                           layout.syntax != kExplicit && layout.syntax != kDeflated;
     if (layout.syntax == kDeflated) {
       deflatedFrom_ = at;
-      if (auto done = bytes_.inflate(at); !done) return pass(done.error());
+      if (auto done = bytes_.inflate(at); !done) return done.error();
     }
     parser_.setSyntax(layout.syntax != kImplicit, layout.bigEndian);
     return at;
@@ -649,7 +647,7 @@ class Reading {
   Result<void> samples(std::uint64_t at) {
     if (at >= bytes_.size()) return wrong("has no samples (7FE0,0010)");
     const auto pixels = parser_.head(at, bytes_.size());
-    if (!pixels) return pass(pixels.error());
+    if (!pixels) return pixels.error();
     if (pixels->tag == kDoublePixels) {
       return wrong("has doubles as samples; floats and integers can be read");
     }
@@ -686,7 +684,7 @@ class Reading {
     std::vector<DicomPiece> pieces;  // the first is a table of offsets
     while (true) {
       const auto item = parser_.head(at, bytes_.size());
-      if (!item) return pass(item.error());
+      if (!item) return item.error();
       if (item->tag == kSequenceEnd) break;
       if (item->tag != kItem || item->length == kUndefinedLength) return bytes_.cutOff();
       pieces.push_back({item->value, item->length});
@@ -743,16 +741,16 @@ bool hasDicomSignature(const fs::path& path) {
 
 Result<DicomFile> readDicomFile(const fs::path& path) {
   auto bytes = Bytes::open(path);
-  if (!bytes) return pass(bytes.error());
+  if (!bytes) return bytes.error();
   return Reading(std::move(*bytes)).run();
 }
 
 Result<std::string> readDicomPieces(const fs::path& path, const DicomImage& image) {
   auto bytes = Bytes::open(path);
-  if (!bytes) return pass(bytes.error());
+  if (!bytes) return bytes.error();
   if (image.deflatedFrom > 0) {
     if (image.deflatedFrom > bytes->size()) return bytes->cutOff();
-    if (auto done = bytes->inflate(image.deflatedFrom); !done) return pass(done.error());
+    if (auto done = bytes->inflate(image.deflatedFrom); !done) return done.error();
   }
   std::string all;
   for (const DicomPiece& piece : image.pieces) {
@@ -760,7 +758,7 @@ Result<std::string> readDicomPieces(const fs::path& path, const DicomImage& imag
     const std::size_t before = all.size();
     all.resize(before + piece.bytes);
     if (auto done = bytes->read(piece.offset, std::span(all).subspan(before)); !done) {
-      return pass(done.error());
+      return done.error();
     }
   }
   return all;

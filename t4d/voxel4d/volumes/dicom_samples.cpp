@@ -55,14 +55,14 @@ class DicomReader : public PlaneReader {
     const DicomLayout& layout = planes_->layout;
     const std::filesystem::path& file = planes_->files[image.file];
     auto stored = readDicomPieces(file, image);
-    if (!stored) return pass(stored.error());
+    if (!stored) return stored.error();
     if (layout.encapsulated) {
       stored = unpackDicomImage({*stored, layout.syntax, layout.columns, layout.rows, layout.bits,
                                  layout.stored, layout.isSigned});
       if (!stored) {
         Error error = stored.error();
         error.where = file.string();
-        return pass(std::move(error));
+        return error;
       }
     }
     if (stored->size() < layout.bytes()) {

@@ -109,10 +109,10 @@ class Arrangement {
 
   Result<Volume> arrange(Series series) {
     for (auto step : {&Arrangement::collect, &Arrangement::findPlaces}) {
-      if (auto done = (this->*step)(series); !done) return pass(done.error());
+      if (auto done = (this->*step)(series); !done) return done.error();
     }
     auto times = findTimes();
-    if (!times) return pass(times.error());
+    if (!times) return times.error();
     return volume(std::move(*times));
   }
 
@@ -120,7 +120,7 @@ class Arrangement {
   const std::string& fileOf(const DicomImage& image) const {
     return planes_->files[image.file].native();
   }
-  tl::unexpected<Error> differs(std::size_t number, std::string_view what) const {
+  Error differs(std::size_t number, std::string_view what) const {
     return invalid(fmt::format("has {} than {}, in one series", what, planes_->files[0].string()),
                    planes_->files[number].string());
   }
@@ -128,7 +128,7 @@ class Arrangement {
   /// All images, with one layout, direction and spacing.
   Result<void> collect(Series& series) {
     for (const DicomFile& file : series.contents) {
-      if (file.fault) return pass(*file.fault);
+      if (file.fault) return *file.fault;
     }
     planes_->files = std::move(series.files);
     planes_->layout = series.contents.front().layout;
@@ -284,7 +284,7 @@ class Arrangement {
       }
       if (!first) first = times.error();
     }
-    if (first) return pass(std::move(*first));
+    if (first) return std::move(*first);
     return invalid(
         "is not a volume over time: nothing that all of its images have says when each was taken "
         "(TriggerTime, TemporalPositionIdentifier, FrameReferenceTime, AcquisitionTime, "
@@ -301,8 +301,8 @@ class Arrangement {
     for (auto& slice : slices_) {
       std::ranges::stable_sort(slice, {}, [&](std::size_t i) { return time(i, kind); });
     }
-    if (auto once = checkOnce(kind); !once) return pass(once.error());
-    if (auto whole = checkWhole(kind); !whole) return pass(whole.error());
+    if (auto once = checkOnce(kind); !once) return once.error();
+    if (auto whole = checkWhole(kind); !whole) return whole.error();
     return meanTimes(kind);
   }
 
@@ -451,12 +451,12 @@ bool isDicom(const fs::path& path) {
 
 Result<Volume> readDicomSeries(std::span<const fs::path> inputs, const std::string& series) {
   auto files = filesOf(inputs);
-  if (!files) return pass(files.error());
+  if (!files) return files.error();
   const std::string where = inputs.front().string();
   std::map<std::string, Series> all;
   for (const fs::path& path : *files) {
     auto file = readDicomFile(path);
-    if (!file) return pass(file.error());
+    if (!file) return file.error();
     Series& one = all[file->series];
     one.number = file->number;
     one.description = file->description;
@@ -465,7 +465,7 @@ Result<Volume> readDicomSeries(std::span<const fs::path> inputs, const std::stri
   }
   if (all.empty()) return invalid("is a folder that holds no DICOM images", where);
   auto chosen = choose(std::move(all), series, where);
-  if (!chosen) return pass(chosen.error());
+  if (!chosen) return chosen.error();
   return Arrangement(where).arrange(std::move(*chosen));
 }
 

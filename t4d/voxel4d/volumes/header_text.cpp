@@ -60,7 +60,7 @@ Result<std::uint64_t> chosenChannel(std::uint64_t channels,
 
 Result<std::ifstream> openHeader(const std::filesystem::path& path) {
   const auto size = system::sizeOfRegularFile(path);
-  if (!size) return pass(size.error());
+  if (!size) return size.error();
   if (*size == 0) return invalid("is empty", path.string());
   std::ifstream file(path, std::ios::binary);
   if (!file) {
@@ -69,7 +69,7 @@ Result<std::ifstream> openHeader(const std::filesystem::path& path) {
   return file;
 }
 
-tl::unexpected<Error> namesOtherFolder(const std::string& header, std::string_view name) {
+Error namesOtherFolder(const std::string& header, std::string_view name) {
   return invalid(fmt::format("names the data file '{}'; it must be in the same folder or below, so "
                              "that a header from elsewhere cannot have other files read",
                              shown(name)),

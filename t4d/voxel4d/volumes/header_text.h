@@ -48,7 +48,7 @@ inline std::string lowerCase(std::string text) {
 /// A file with a header, open for reading. Fails for what is no regular file, and for an empty one.
 Result<std::ifstream> openHeader(const std::filesystem::path& path);
 
-tl::unexpected<Error> namesOtherFolder(const std::string& header, std::string_view name);
+Error namesOtherFolder(const std::string& header, std::string_view name);
 
 /// Fails if a file of samples that a header names is not in its folder or below, once links are
 /// followed. A file that is not there passes.

@@ -118,7 +118,7 @@ Result<Volume> readNiftiHeader(const std::filesystem::path& path) {
   Volume volume;
   volume.where = path.string();
   std::array<char, kSecondBytes> bytes{};
-  if (auto there = openHeader(path); !there) return pass(there.error());
+  if (auto there = openHeader(path); !there) return there.error();
   // Reads what is not compressed as well.
   gzFile file = gzopen(path.c_str(), "rb");
   if (file == nullptr) return fail(ErrorCode::Io, "cannot open", volume.where);
@@ -253,7 +253,7 @@ Result<Volume> readNiftiHeader(const std::filesystem::path& path) {
                     volume.where);
       }
     }
-    if (auto within = checkDataFile(volume.where, data.path); !within) return pass(within.error());
+    if (auto within = checkDataFile(volume.where, data.path); !within) return within.error();
     data.encoding = data.path.extension() == ".gz" ? SampleEncoding::Gzip : SampleEncoding::Raw;
   } else {
     data.encoding = packed ? SampleEncoding::Gzip : SampleEncoding::Raw;

@@ -39,7 +39,7 @@ Result<Volume> readNpyHeader(const std::filesystem::path& path, std::string_view
   Volume volume;
   volume.where = path.string();
   auto opened = openHeader(path);
-  if (!opened) return pass(opened.error());
+  if (!opened) return opened.error();
   std::ifstream& file = *opened;
   std::array<unsigned char, 12> front{};
   file.read(reinterpret_cast<char*>(front.data()), front.size());

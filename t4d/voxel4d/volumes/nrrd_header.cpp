@@ -94,7 +94,7 @@ class Header {
     Header header;
     header.where = path.string();
     auto file = openHeader(path);
-    if (!file) return pass(file.error());
+    if (!file) return file.error();
     std::string line;
     constexpr std::uint64_t kLongest = 1U << 20U;
     std::uint64_t bytes = 0;
@@ -177,7 +177,7 @@ class Header {
     }
     return {};
   }
-  tl::unexpected<Error> wrong(const std::string& field, const std::string& message) const {
+  Error wrong(const std::string& field, const std::string& message) const {
     if ((*this)(field).empty()) {
       return invalid(fmt::format("lacks the field '{}', which is required", field), where);
     }
@@ -259,7 +259,7 @@ Result<void> placeByMins(const Header& header, const std::optional<std::size_t>&
     return header.wrong("axis maxs", "is not supported; give spacings");
   }
   const auto mins = header.numbers("axis mins", volume.sizes.size());
-  if (!mins) return pass(mins.error());
+  if (!mins) return mins.error();
   if (mins->empty()) return {};
   for (const char* field : {"centers", "centerings"}) {
     const auto centers = wordsOf(header.word(field));
@@ -406,12 +406,12 @@ Result<void> place(const Header& header, Volume& volume) {
   }
   const bool hasDirections = !directions->empty();
   const auto time = timeAxisOf(header, *directions, count);
-  if (!time) return pass(time.error());
+  if (!time) return time.error();
   int axis = 0;
   for (std::size_t i = 0; i < count; ++i) volume.axes += i == *time ? 't' : "xyz"[axis++];
 
   const auto spacings = header.numbers("spacings", count);
-  if (!spacings) return pass(spacings.error());
+  if (!spacings) return spacings.error();
   int known = 0;
   axis = 0;
   for (std::size_t i = 0; i < count; ++i) {
@@ -459,7 +459,7 @@ Result<fs::path> dataFile(const Header& header, const fs::path& folder, const st
     return namesOtherFolder(header.where, name);
   }
   if (auto within = checkDataFile(header.where, folder / path); !within) {
-    return pass(within.error());
+    return within.error();
   }
   return folder / path;
 }
@@ -520,7 +520,7 @@ Result<void> findData(const Header& header, const fs::path& path, Volume& volume
     }
   }
   const auto bytes = bytesOfSamples(volume);
-  if (!bytes) return pass(bytes.error());
+  if (!bytes) return bytes.error();
 
   const std::string name = header("data file");
   std::vector<std::string> names = header.list;
@@ -533,7 +533,7 @@ Result<void> findData(const Header& header, const fs::path& path, Volume& volume
     const auto words = wordsOf(name);
     if (words.size() > 1 && words[0].find('%') != std::string::npos) {
       auto all = numbered(header, words);
-      if (!all) return pass(all.error());
+      if (!all) return all.error();
       names = std::move(*all);
     } else {
       names = {name};
@@ -541,7 +541,7 @@ Result<void> findData(const Header& header, const fs::path& path, Volume& volume
   }
   for (const std::string& one : names) {
     auto file = dataFile(header, path.parent_path(), one);
-    if (!file) return pass(file.error());
+    if (!file) return file.error();
     data.path = *file;
     volume.data.push_back(data);
   }
@@ -584,7 +584,7 @@ Result<void> findData(const Header& header, const fs::path& path, Volume& volume
 
 Result<Volume> readNrrdHeader(const fs::path& path) {
   const auto read = Header::read(path);
-  if (!read) return pass(read.error());
+  if (!read) return read.error();
   const Header& header = *read;
   Volume volume;
   volume.where = header.where;
@@ -616,9 +616,9 @@ Result<Volume> readNrrdHeader(const fs::path& path) {
     if (!size) return header.wrong("sizes", "has a word that is not a number");
     volume.sizes.push_back(*size);
   }
-  if (auto placed = place(header, volume); !placed) return pass(placed.error());
-  if (auto found = findData(header, path, volume); !found) return pass(found.error());
-  if (auto known = header.checkNames(); !known) return pass(known.error());
+  if (auto placed = place(header, volume); !placed) return placed.error();
+  if (auto found = findData(header, path, volume); !found) return found.error();
+  if (auto known = header.checkNames(); !known) return known.error();
   return volume;
 }
 

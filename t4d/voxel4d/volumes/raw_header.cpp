@@ -35,7 +35,7 @@ std::optional<std::string> parseLine(const std::string& line, Volume& volume) {
 Result<std::string> ownLine(const std::filesystem::path& path) {
   constexpr std::size_t kLongest = 200;
   auto file = openHeader(path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   std::string front(kLongest, '\0');
   file->read(front.data(), kLongest);
   front.resize(static_cast<std::size_t>(file->gcount()));
@@ -50,7 +50,7 @@ Result<Volume> readRawHeader(const std::filesystem::path& path, std::string_view
   Volume volume;
   volume.where = path.string();
   const auto own = ownLine(path);
-  if (!own) return pass(own.error());
+  if (!own) return own.error();
   if (own->empty() && given.empty()) {
     return invalid(
         "does not begin with a line that says what it holds, as 'raw float32 64 64 64 10 "

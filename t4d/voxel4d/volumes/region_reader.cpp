@@ -123,7 +123,7 @@ Result<std::unique_ptr<SampleReader>> openRegion(const Volume& volume, const Sam
   for (const FileAxis& axis : axes) bytes *= axis.stored;
   auto all = openSamples(data, volume.type, data.begin + bytes);
   if (!all) return all;
-  if (auto done = (*all)->skip(data.begin); !done) return pass(done.error());
+  if (auto done = (*all)->skip(data.begin); !done) return done.error();
   if (volume.stored.empty()) return all;
   return std::make_unique<RegionReader>(std::move(*all), axes, sizeOf(volume.type));
 }

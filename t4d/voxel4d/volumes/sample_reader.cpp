@@ -38,7 +38,7 @@ class Descriptor {
   int number_;
 };
 
-tl::unexpected<Error> cannotRead(const std::string& where) {
+Error cannotRead(const std::string& where) {
   return fail(ErrorCode::Io, std::string("cannot be read: ") + std::strerror(errno), where);
 }
 
@@ -174,7 +174,7 @@ class GzipReader : public SampleReader {
     return piece;
   }
 
-  tl::unexpected<Error> damaged() const {
+  Error damaged() const {
     switch (stream_.state()) {
       case GzipStream::State::Damaged:
         return invalid(fmt::format("its compressed data are damaged: {}", stream_.fault()), where_);
@@ -303,7 +303,7 @@ class TiffReader : public PlaneReader {
   Result<void> readPlane(std::uint64_t number, std::span<std::byte> into) override {
     if (auto there = file_.goTo(pages_.at(number)); !there) return there;
     const auto layout = file_.layout();
-    if (!layout) return pass(layout.error());
+    if (!layout) return layout.error();
     if (*layout != layout_) return invalid("has changed while it was read", file_.where());
     return file_.read(layout_, into);
   }
@@ -340,7 +340,7 @@ Result<std::unique_ptr<SampleReader>> openSamples(const SampleData& data, Sample
   if (data.encoding == SampleEncoding::Zarr) return openZarrSamples(data.zarr);
   const std::string where = data.path.string();
   const auto size = system::sizeOfRegularFile(data.path);
-  if (!size) return pass(size.error());
+  if (!size) return size.error();
   const std::uint64_t stored = *size - std::min(*size, data.offset);
   if (bytes / mostBytes(data.encoding, type) > stored) {
     return invalid(
@@ -351,9 +351,9 @@ Result<std::unique_ptr<SampleReader>> openSamples(const SampleData& data, Sample
   }
   if (data.encoding == SampleEncoding::Tiff) {
     auto file = TiffFile::open(data.path);
-    if (!file) return pass(file.error());
+    if (!file) return file.error();
     const auto layout = file->layout();
-    if (!layout) return pass(layout.error());
+    if (!layout) return layout.error();
     return std::make_unique<TiffReader>(std::move(*file), *layout, data.pages);
   }
   if (data.encoding == SampleEncoding::Text) {

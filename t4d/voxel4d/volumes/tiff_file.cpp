@@ -23,7 +23,7 @@ constexpr tmsize_t kMostAtOnce = tmsize_t{1} << 31U;
 void TiffFile::Closer::operator()(tiff* file) const { TIFFClose(file); }
 
 Result<TiffFile> TiffFile::open(const std::filesystem::path& path) {
-  if (const auto size = system::sizeOfRegularFile(path); !size) return pass(size.error());
+  if (const auto size = system::sizeOfRegularFile(path); !size) return size.error();
   TiffFile opened(path.string());
   const std::unique_ptr<TIFFOpenOptions, decltype(&TIFFOpenOptionsFree)> options(
       TIFFOpenOptionsAlloc(), &TIFFOpenOptionsFree);
@@ -46,7 +46,7 @@ Result<TiffFile> TiffFile::open(const std::filesystem::path& path) {
   return opened;
 }
 
-tl::unexpected<Error> TiffFile::failed(std::string message) const {
+Error TiffFile::failed(std::string message) const {
   if (!complaints_->first.empty()) {
     std::string said = complaints_->first;
     for (char& c : said) {

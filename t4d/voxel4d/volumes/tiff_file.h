@@ -62,7 +62,7 @@ class TiffFile {
   };
 
   explicit TiffFile(std::string where) : where_(std::move(where)) {}
-  tl::unexpected<Error> failed(std::string what) const;
+  Error failed(std::string what) const;
   std::string name() const;  // of the page, in messages
   Result<void> readTiles(const TiffPage& layout, std::span<std::byte> into) const;
 

@@ -159,7 +159,7 @@ Result<OmeImage> parseOme(const std::string& text, const std::string& where) {
 Result<Planes> readOme(const std::string& text, std::uint64_t pagesInFile,
                        const std::string& where) {
   const auto image = parseOme(text, where);
-  if (!image) return pass(image.error());
+  if (!image) return image.error();
   const auto wrong = [&](const std::string& name, const std::string& value) {
     return invalid(fmt::format("its OME-XML has {}=\"{}\"", name, shown(value)), where);
   };
@@ -299,9 +299,9 @@ Result<Volume> readTiffHeader(const std::filesystem::path& path, std::string_vie
                               std::optional<std::uint32_t> channel) {
   const std::string where = path.string();
   auto file = TiffFile::open(path);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   const auto layout = file->layout();
-  if (!layout) return pass(layout.error());
+  if (!layout) return layout.error();
   const std::string description = file->description();
   const auto plain = file->plainOffset();
   // Where the pages with samples are, all alike.
@@ -309,7 +309,7 @@ Result<Volume> readTiffHeader(const std::filesystem::path& path, std::string_vie
   for (bool more = true; more;) {
     if (!file->isAuxiliary()) {
       const auto other = file->layout();
-      if (!other) return pass(other.error());
+      if (!other) return other.error();
       if (*other != *layout) {
         return invalid(fmt::format("page {} (counted from 0) has {} x {} pixels of type {}, page 0 "
                                    "{} x {} of type {}",
@@ -320,12 +320,12 @@ Result<Volume> readTiffHeader(const std::filesystem::path& path, std::string_vie
       pages.push_back(file->byte());
     }
     const auto next = file->next();
-    if (!next) return pass(next.error());
+    if (!next) return next.error();
     more = *next;
   }
   if (pages.empty()) return invalid("has no page with samples", where);
   const auto planes = planesOf(*file, description, pages.size(), std::string(axes), where);
-  if (!planes) return pass(planes.error());
+  if (!planes) return planes.error();
 
   std::string sorted = planes->axes;
   std::ranges::sort(sorted);
@@ -337,7 +337,7 @@ Result<Volume> readTiffHeader(const std::filesystem::path& path, std::string_vie
                    where);
   }
   const auto chosen = chosenChannel(planes->size('c'), channel, where);
-  if (!chosen) return pass(chosen.error());
+  if (!chosen) return chosen.error();
 
   Volume volume;
   volume.where = where;

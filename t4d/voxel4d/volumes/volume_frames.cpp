@@ -94,11 +94,11 @@ const Row* rowOf(const fs::path& path) {
 }
 
 /// An error in the data of a volume says which header names them, if it is in another file.
-tl::unexpected<Error> ofData(Error error, const Volume& volume, const SampleData& data) {
+Error ofData(Error error, const Volume& volume, const SampleData& data) {
   if (data.path.string() != volume.where) {
     error.message += fmt::format(" (the samples of {})", volume.where);
   }
-  return pass(std::move(error));
+  return error;
 }
 
 /// The samples of a file in which time is not the slowest axis, frame after frame: the file is read
@@ -116,7 +116,7 @@ class FrameByFrame {
   /// Takes all samples from a reader that has come to the first.
   Result<void> fill(SampleReader& reader) {
     auto file = system::ScratchFile::create();
-    if (!file) return pass(file.error());
+    if (!file) return file.error();
     file_ = std::move(*file);
     std::vector<std::byte> bytes;
     std::vector<std::byte> sorted;
@@ -228,7 +228,7 @@ class Frames : public FrameSource {
     const Volume& volume = volumes_[volumes_.size() > 1 ? index : 0];
     const auto bytes = unusedBuffer();
     bytes->resize(samplesOfFrame(volume) * sizeOf(volume.type));
-    if (auto read = readFrame(index, volume, *bytes); !read) return pass(read.error());
+    if (auto read = readFrame(index, volume, *bytes); !read) return read.error();
     const SampleBox box = boxOf(volume, bytes->data());
     SampleSigns signs = signsOf(box, rule_);
     if (!signs.usable) {
@@ -247,7 +247,7 @@ class Frames : public FrameSource {
           volumes_.front().where);
     }
     const auto outside = fieldOutside(rule_, signs.farthest);
-    if (!outside) return pass(outside.error());
+    if (!outside) return outside.error();
     Frame frame = frameOf(box, rule_, std::move(signs), *outside, times_[index], bytes);
     border_.look(frame);
     return frame;
@@ -425,7 +425,7 @@ Result<void> checkAlike(const Volume& first, const Volume& other) {
 /// The samples of all dimensions are there, as far as sizes of files tell.
 Result<void> checkSizes(const Volume& volume) {
   const auto bytes = bytesOfSamples(volume);
-  if (!bytes) return pass(bytes.error());
+  if (!bytes) return bytes.error();
   for (const SampleData& data : volume.data) {
     const auto opened = openSamples(data, volume.type, data.begin + *bytes / volume.data.size());
     if (!opened) return ofData(opened.error(), volume, data);
@@ -439,7 +439,7 @@ Result<void> crop(Volume& volume, const std::array<IndexRange, 3>& region, const
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const char name = "xyz"[axis];
     const auto extent = extentOf(region[axis], name, volume.size(name), volume.where);
-    if (!extent) return pass(extent.error());
+    if (!extent) return extent.error();
     read[name] = *extent;
   }
   for (std::size_t i = 0; i < volume.axes.size(); ++i) {
@@ -553,8 +553,8 @@ Result<VolumeFrames> openVolumeFrames(std::span<const fs::path> inputs,
   std::vector<Volume> volumes;
   if (std::ranges::any_of(files, isDicomInput)) {
     auto series = readDicomSeries(files, options.series);
-    if (!series) return pass(series.error());
-    if (auto checked = checkSizes(*series); !checked) return pass(checked.error());
+    if (!series) return series.error();
+    if (auto checked = checkSizes(*series); !checked) return checked.error();
     volumes.push_back(std::move(*series));
     files.clear();
   }
@@ -566,11 +566,11 @@ Result<VolumeFrames> openVolumeFrames(std::span<const fs::path> inputs,
     const Row* row = rowOf(file);
     if (row == nullptr) return invalid("is not a volume by its extension", file.string());
     auto volume = row->read(file, options);
-    if (!volume) return pass(volume.error());
-    if (auto checked = checkSizes(*volume); !checked) return pass(checked.error());
+    if (!volume) return volume.error();
+    if (auto checked = checkSizes(*volume); !checked) return checked.error();
     if (files.size() > 1) {
       const Volume& first = volumes.empty() ? *volume : volumes.front();
-      if (auto alike = checkAlike(first, *volume); !alike) return pass(alike.error());
+      if (auto alike = checkAlike(first, *volume); !alike) return alike.error();
     }
     volumes.push_back(std::move(*volume));
   }
@@ -585,23 +585,23 @@ Result<VolumeFrames> openVolumeFrames(std::span<const fs::path> inputs,
   Extent frames{0, count};
   if (options.region) {
     const auto used = extentOf(options.region->time, 't', count, first.where);
-    if (!used) return pass(used.error());
+    if (!used) return used.error();
     frames = *used;
     for (Volume& volume : volumes) {
       auto cropped = crop(volume, options.region->space, files.size() > 1 ? Extent{0, 1} : frames);
-      if (!cropped) return pass(cropped.error());
+      if (!cropped) return cropped.error();
     }
   }
   for (const Volume& volume : volumes) {
     if (!volume.data[0].zarr) continue;
-    if (auto good = checkZarrAmount(volume); !good) return pass(good.error());
+    if (auto good = checkZarrAmount(volume); !good) return good.error();
   }
   const auto rule = ruleOf(first, options);
-  if (!rule) return pass(rule.error());
+  if (!rule) return rule.error();
   const auto place = placeOf(first, options);
-  if (!place) return pass(place.error());
+  if (!place) return place.error();
   auto times = timesOf(first, frames, options);
-  if (!times) return pass(times.error());
+  if (!times) return times.error();
 
   VolumeFrames opened;
   opened.space = first.space;

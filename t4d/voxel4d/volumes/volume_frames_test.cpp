@@ -44,12 +44,12 @@ VolumeOptions placed() {
 
 Result<model::Mesh> wovenOf(const std::vector<fs::path>& files, const VolumeOptions& options) {
   auto opened = openVolumeFrames(files, options);
-  if (!opened) return pass(opened.error());
+  if (!opened) return opened.error();
   model::Mesh mesh;
   model::Transformed toSpace(mesh, {opened->toSpace.value_or(model::Affine3x4::Identity())});
   auto report =
       opened->toSpace ? weave(*opened->frames, {}, toSpace) : weave(*opened->frames, {}, mesh);
-  if (!report) return pass(report.error());
+  if (!report) return report.error();
   return mesh;
 }
 

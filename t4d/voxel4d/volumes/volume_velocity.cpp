@@ -47,7 +47,7 @@ class VolumeVelocity : public VelocitySource {
     std::array<Frame, 3> frames;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       auto frame = components_[axis].frames->frame(index);
-      if (!frame) return pass(frame.error());
+      if (!frame) return frame.error();
       frames[axis] = std::move(*frame);
     }
     VelocityField field;
@@ -121,8 +121,8 @@ Result<std::unique_ptr<VelocitySource>> openVolumeVelocity(std::span<const fs::p
   for (std::uint32_t axis = 0; axis < 3; ++axis) {
     if (files.size() == 1) how.channel = axis;
     auto opened = openVolumeFrames({&files[files.size() == 1 ? 0 : axis], 1}, how);
-    if (!opened) return pass(opened.error());
-    if (auto alike = checkAlike(*opened, frames); !alike) return pass(alike.error());
+    if (!opened) return opened.error();
+    if (auto alike = checkAlike(*opened, frames); !alike) return alike.error();
     components[axis] = std::move(*opened);
   }
   const Eigen::Matrix3d toSpace =

@@ -49,7 +49,7 @@ int deepestNesting(std::string_view text) {
 /// An object in a file of the store; nothing if there is no file.
 Result<std::optional<json>> readObject(const ZarrStore& store, const std::string& key) {
   const auto text = store.read(key, kMostMetadata);
-  if (!text) return pass(text.error());
+  if (!text) return text.error();
   if (!*text) return std::nullopt;
   constexpr int kDeepest = 100;
   if (deepestNesting(**text) > kDeepest) {
@@ -95,9 +95,8 @@ class ArrayReader {
       : metadata_(metadata), where_(std::move(where)) {}
 
   Result<ZarrArray> readVersion2() {
-    if (auto done = readShape(memberOf(metadata_, "chunks"), "chunks"); !done)
-      return pass(done.error());
-    if (auto done = readTypeOfNumpy(); !done) return pass(done.error());
+    if (auto done = readShape(memberOf(metadata_, "chunks"), "chunks"); !done) return done.error();
+    if (auto done = readTypeOfNumpy(); !done) return done.error();
     const json& order = memberOf(metadata_, "order");
     if (order != "C" && order != "F") return wrong("order", order);
     if (order == "F") std::ranges::reverse(order_);
@@ -107,11 +106,11 @@ class ArrayReader {
                          "none");
     }
     if (const json& compressor = memberOf(metadata_, "compressor"); !compressor.is_null()) {
-      if (auto done = addCodec(memberOf(compressor, "id")); !done) return pass(done.error());
+      if (auto done = addCodec(memberOf(compressor, "id")); !done) return done.error();
     }
     const json& separator = memberOf(metadata_, "dimension_separator");
-    if (auto done = readSeparator(separator, '.'); !done) return pass(done.error());
-    if (auto done = readFill(); !done) return pass(done.error());
+    if (auto done = readSeparator(separator, '.'); !done) return done.error();
+    if (auto done = readFill(); !done) return done.error();
     return finish();
   }
 
@@ -123,9 +122,9 @@ class ArrayReader {
     if (auto done =
             readShape(memberOf(memberOf(grid, "configuration"), "chunk_shape"), "chunk_shape");
         !done) {
-      return pass(done.error());
+      return done.error();
     }
-    if (auto done = readTypeByName(); !done) return pass(done.error());
+    if (auto done = readTypeByName(); !done) return done.error();
     const json& keys = memberOf(metadata_, "chunk_key_encoding");
     const json& name = keys.is_string() ? keys : memberOf(keys, "name");
     if (name != "default" && name != "v2") {
@@ -135,15 +134,14 @@ class ArrayReader {
     if (auto done = readSeparator(memberOf(memberOf(keys, "configuration"), "separator"),
                                   array_.keysWithC ? '/' : '.');
         !done) {
-      return pass(done.error());
+      return done.error();
     }
     const json& transformers = memberOf(metadata_, "storage_transformers");
     if (transformers.is_array() && !transformers.empty()) {
       return unsupported("the storage transformer", memberOf(transformers[0], "name"), "none");
     }
-    if (auto done = readCodecs(memberOf(metadata_, "codecs"), true); !done)
-      return pass(done.error());
-    if (auto done = readFill(); !done) return pass(done.error());
+    if (auto done = readCodecs(memberOf(metadata_, "codecs"), true); !done) return done.error();
+    if (auto done = readFill(); !done) return done.error();
     if (const json& names = memberOf(metadata_, "dimension_names"); names.is_array()) {
       for (const json& axis : names) {
         array_.names.push_back(axis.is_string() ? axis.get<std::string>() : std::string());
@@ -154,12 +152,11 @@ class ArrayReader {
   }
 
  private:
-  tl::unexpected<Error> wrong(std::string_view name, const json& value) const {
+  Error wrong(std::string_view name, const json& value) const {
     return invalid(fmt::format("has the {} {}, which cannot be", name, shownJson(value)), where_);
   }
 
-  tl::unexpected<Error> unsupported(std::string_view what, const json& name,
-                                    std::string_view known) const {
+  Error unsupported(std::string_view what, const json& name, std::string_view known) const {
     return fail(
         ErrorCode::Unsupported,
         fmt::format("uses {} {}, which cannot be read; known: {}", what, shownJson(name), known),
@@ -462,13 +459,13 @@ Result<std::optional<ZarrNode>> readZarrNode(const ZarrStore& store, const std::
     return object;
   };
   const auto keep = [&](Result<ZarrArray> array) -> Result<std::optional<ZarrNode>> {
-    if (!array) return pass(array.error());
+    if (!array) return array.error();
     node.array = std::move(*array);
     node.array->path = path;
     return node;
   };
   auto version3 = take("zarr.json");
-  if (!version3) return pass(version3.error());
+  if (!version3) return version3.error();
   if (*version3) {
     if (memberOf(**version3, "zarr_format") != 3) {
       return invalid("is not of Zarr version 3", node.where);
@@ -478,10 +475,10 @@ Result<std::optional<ZarrNode>> readZarrNode(const ZarrStore& store, const std::
     return keep(ArrayReader(**version3, node.where).readVersion3());
   }
   auto attributes = readObject(store, keyIn(path, ".zattrs"));
-  if (!attributes) return pass(attributes.error());
+  if (!attributes) return attributes.error();
   if (*attributes) node.attributes = std::move(**attributes);
   const auto version2 = take(".zarray");
-  if (!version2) return pass(version2.error());
+  if (!version2) return version2.error();
   if (*version2) {
     if (memberOf(**version2, "zarr_format") != 2) {
       return invalid("is not of Zarr version 2", node.where);
@@ -489,7 +486,7 @@ Result<std::optional<ZarrNode>> readZarrNode(const ZarrStore& store, const std::
     return keep(ArrayReader(**version2, node.where).readVersion2());
   }
   const auto group = take(".zgroup");
-  if (!group) return pass(group.error());
+  if (!group) return group.error();
   if (!*group && !*attributes) return std::nullopt;
   if (*attributes) node.where = store.nameOf(keyIn(path, ".zattrs"));
   return node;

@@ -35,11 +35,11 @@ const CodecRow& rowOf(ZarrCodec codec) {
   return *std::ranges::find(kCodecRows, codec, &CodecRow::codec);
 }
 
-tl::unexpected<Error> isDamaged(ZarrCodec codec, std::string_view why) {
+Error isDamaged(ZarrCodec codec, std::string_view why) {
   return invalid(fmt::format("its {} data are damaged: {}", rowOf(codec).name, why));
 }
 
-tl::unexpected<Error> unpacksTo(std::string_view size, std::uint64_t expected) {
+Error unpacksTo(std::string_view size, std::uint64_t expected) {
   return invalid(
       fmt::format("unpacks to {} bytes, but a chunk of this array has {}", size, expected));
 }
@@ -179,7 +179,7 @@ Result<std::string> unpackZarrChunk(std::string packed, std::span<const ZarrCode
   for (std::size_t i = codecs.size(); i-- > 0;) {
     auto unpacked =
         unpackOne(codecs[i], std::move(packed), mostPackedBytes(codecs.first(i), bytes));
-    if (!unpacked) return pass(unpacked.error());
+    if (!unpacked) return unpacked.error();
     packed = std::move(*unpacked);
   }
   if (packed.size() != bytes) return unpacksTo(std::to_string(packed.size()), bytes);

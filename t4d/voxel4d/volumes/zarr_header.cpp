@@ -42,7 +42,7 @@ char axisNamed(const std::string& given, const std::string& type = {}) {
   return isSpace && name.size() == 1 && name[0] >= 'x' && name[0] <= 'z' ? name[0] : 0;
 }
 
-tl::unexpected<Error> cannotTellAxes(const std::string& said, const std::string& where) {
+Error cannotTellAxes(const std::string& said, const std::string& where) {
   return invalid(fmt::format("has the axes {}, which do not tell x, y, z, t and c; --axes gives "
                              "them, as tzyx",
                              said),
@@ -108,7 +108,7 @@ class OmeReader {
     if (!areUsable(image.axes)) {
       return cannotTellAxes(fmt::format("'{}'", fmt::join(names, "', '")), where_);
     }
-    if (auto done = readUnits(axes, image); !done) return pass(done.error());
+    if (auto done = readUnits(axes, image); !done) return done.error();
     return image;
   }
 
@@ -188,7 +188,7 @@ class OmeReader {
     return {};
   }
 
-  tl::unexpected<Error> wrong(std::string_view name, const json& value) const {
+  Error wrong(std::string_view name, const json& value) const {
     return invalid(fmt::format("its image has the {} {}, which cannot be", name, shownJson(value)),
                    where_);
   }
@@ -300,7 +300,7 @@ Result<Volume> volumeOf(std::shared_ptr<ZarrSamples> samples, const ZarrImage& i
   const std::size_t channelAxis = samples->axes.find('c');
   const auto chosen = chosenChannel(
       channelAxis == std::string::npos ? 1 : samples->array.shape[channelAxis], channel, where);
-  if (!chosen) return pass(chosen.error());
+  if (!chosen) return chosen.error();
   samples->channel = *chosen;
   Volume volume;
   volume.where = where;
@@ -334,7 +334,7 @@ Result<Volume> readPyramid(std::shared_ptr<const ZarrStore> store, const ZarrNod
                            const json& image, const ZarrChoice& choice, const fs::path& path) {
   const OmeReader reader(image, group.where);
   auto axes = reader.axes(choice.axes);
-  if (!axes) return pass(axes.error());
+  if (!axes) return axes.error();
   const json& levels = reader.levels();
   constexpr std::size_t kMostLevels = 100;
   if (!levels.is_array() || levels.empty() || levels.size() > kMostLevels) {
@@ -351,11 +351,11 @@ Result<Volume> readPyramid(std::shared_ptr<const ZarrStore> store, const ZarrNod
   std::string where;
   for (std::size_t i = 0; i < levels.size(); ++i) {
     const auto at = reader.pathOf(levels[i]);
-    if (!at) return pass(at.error());
+    if (!at) return at.error();
     auto node = readZarrNode(*store, *at);
     const bool there = node && *node && (*node)->array;
     if (!there) {
-      if (!node && i == choice.level) return pass(node.error());
+      if (!node && i == choice.level) return node.error();
       if (i == choice.level)
         return invalid("there is no array, but it is a level of the image", store->nameOf(*at));
       absent.push_back(*at);
@@ -363,14 +363,14 @@ Result<Volume> readPyramid(std::shared_ptr<const ZarrStore> store, const ZarrNod
     }
     const ZarrArray& array = *(*node)->array;
     if (auto good = checkLevel(array, first.value_or(array), axes->axes, (*node)->where); !good) {
-      return pass(good.error());
+      return good.error();
     }
     if (!first) first = array;
     if (i != choice.level) continue;
     samples->array = array;
     where = (*node)->where;
   }
-  if (auto placed = reader.place(levels[choice.level], *axes); !placed) return pass(placed.error());
+  if (auto placed = reader.place(levels[choice.level], *axes); !placed) return placed.error();
   samples->store = std::move(store);
   samples->axes = axes->axes;
   auto volume = volumeOf(std::move(samples), *axes, choice.channel, where, path);
@@ -477,16 +477,16 @@ bool isZarr(const fs::path& path) {
 Result<Volume> readZarr(const fs::path& path, const ZarrChoice& choice,
                         const system::WebFiles& web) {
   auto store = ZarrStore::open(path, web);
-  if (!store) return pass(store.error());
+  if (!store) return store.error();
   auto node = readZarrNode(**store, "");
-  if (!node) return pass(node.error());
+  if (!node) return node.error();
   const std::string name = (*store)->nameOf("");
   if (!*node) {
     return invalid("has none of zarr.json, .zarray, .zgroup and .zattrs, so it is no Zarr", name);
   }
   if ((*node)->array) {
     const auto axes = axesOfArray(**node, choice.axes);
-    if (!axes) return pass(axes.error());
+    if (!axes) return axes.error();
     if (!areUsable(*axes)) return cannotTellAxes("'" + *axes + "'", (*node)->where);
     if (choice.level > 0) {
       return invalid(fmt::format("is one array, so there is no level {}", choice.level), name);

@@ -117,7 +117,7 @@ class ShardIndexes {
     auto index = indexes_.find(key);
     if (index == indexes_.end()) {
       auto bytes = load(store, shards, key);
-      if (!bytes) return pass(bytes.error());
+      if (!bytes) return bytes.error();
       constexpr std::uint64_t kMostKept = std::uint64_t{64} << 20U;
       kept_ += bytes->size();
       if (kept_ > kMostKept) indexes_.clear(), kept_ = bytes->size();
@@ -149,7 +149,7 @@ class ShardIndexes {
     const std::uint64_t size = shards.indexBytes();
     const ZarrPart part = shards.indexAtEnd ? ZarrPart{size, size, true} : ZarrPart{0, size};
     auto bytes = store.read(key, part);
-    if (!bytes) return pass(bytes.error());
+    if (!bytes) return bytes.error();
     if (!*bytes) return std::string();
     constexpr std::array kChecked = {ZarrCodec::Crc32c};
     if (!shards.indexChecked) return std::move(**bytes);
@@ -261,7 +261,7 @@ class ZarrReader : public SampleReader {
       if (bytes) {
         packed[i] = std::move(*bytes);
       } else {
-        results[i] = pass(bytes.error());
+        results[i] = bytes.error();
       }
     });
     if (auto done = firstError(results); !done) return done;
@@ -290,7 +290,7 @@ class ZarrReader : public SampleReader {
     const auto [key, number] = fileOf(chunk);
     if (!array().shards) return samples_->store->read(key, most);
     const auto entry = indexes_.find(*samples_->store, *array().shards, key, number);
-    if (!entry) return pass(entry.error());
+    if (!entry) return entry.error();
     if (!*entry) return std::nullopt;
     if ((*entry)->bytes > most) {
       return invalid(fmt::format("its index says that chunk {} has {} bytes; at most {} are "
@@ -329,7 +329,7 @@ class ZarrReader : public SampleReader {
       const auto [key, number] = fileOf(chunk);
       error.where = samples_->store->nameOf(key);
       if (array().shards) error.message = fmt::format("chunk {}: {}", number, error.message);
-      return pass(std::move(error));
+      return error;
     }
     putInOrder(*bytes);
     const std::string samples = array().half ? floatsOf(*bytes) : std::move(*bytes);

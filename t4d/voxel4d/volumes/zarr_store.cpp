@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-tl::unexpected<Error> tooShort(std::uint64_t size, const ZarrPart& part, std::string where) {
+Error tooShort(std::uint64_t size, const ZarrPart& part, std::string where) {
   return invalid(fmt::format("has {} bytes, but {} from byte {} of its {} are referred to", size,
                              part.bytes, part.begin, part.fromEnd ? "end" : "beginning"),
                  std::move(where));
@@ -101,15 +101,15 @@ Result<std::optional<std::string>> ZarrStore::read(const std::string& key,
                                                    std::uint64_t most) const {
   if (remote()) return fetch(key, {}, most, nullptr);
   const auto there = hasFile(key);
-  if (!there) return pass(there.error());
+  if (!there) return there.error();
   if (!*there) return std::nullopt;
   const auto size = system::sizeOfRegularFile(folder_ / key);
-  if (!size) return pass(size.error());
+  if (!size) return size.error();
   if (*size > most) {
     return invalid(fmt::format("has {} bytes; at most {} are expected", *size, most), nameOf(key));
   }
   auto bytes = readBytes(folder_ / key, 0, *size);
-  if (!bytes) return pass(bytes.error());
+  if (!bytes) return bytes.error();
   return std::move(*bytes);
 }
 
@@ -122,14 +122,14 @@ Result<std::optional<std::string>> ZarrStore::read(const std::string& key,
     return fetch(key, range, part.bytes, &part);
   }
   const auto there = hasFile(key);
-  if (!there) return pass(there.error());
+  if (!there) return there.error();
   if (!*there) return std::nullopt;
   const auto size = system::sizeOfRegularFile(folder_ / key);
-  if (!size) return pass(size.error());
+  if (!size) return size.error();
   const auto begin = beginOf(part, *size);
   if (!begin) return tooShort(*size, part, nameOf(key));
   auto bytes = readBytes(folder_ / key, *begin, part.bytes);
-  if (!bytes) return pass(bytes.error());
+  if (!bytes) return bytes.error();
   return std::move(*bytes);
 }
 
@@ -147,7 +147,7 @@ Result<std::optional<std::string>> ZarrStore::fetch(const std::string& key,
     if (found != whole_.end()) return cut(*found->second);
   }
   auto file = web_(urlOf(key), range, most);
-  if (!file) return pass(file.error());
+  if (!file) return file.error();
   if (!*file) return std::nullopt;
   std::string& bytes = (*file)->bytes;
   if (part == nullptr) return std::move(bytes);

@@ -150,11 +150,11 @@ Result<Volume> opened(const Web& web, const ZarrChoice& choice) {
 Result<std::vector<std::uint16_t>> samplesOf(const Volume& volume, std::size_t frame) {
   const std::uint64_t frameSamples = volume.size('x') * volume.size('y') * volume.size('z');
   auto reader = openSamples(volume.data[0], volume.type, 0);
-  if (!reader) return pass(reader.error());
-  if (auto done = (*reader)->skip(frame * frameSamples * 2); !done) return pass(done.error());
+  if (!reader) return reader.error();
+  if (auto done = (*reader)->skip(frame * frameSamples * 2); !done) return done.error();
   std::vector<std::uint16_t> samples(frameSamples);
   if (auto done = (*reader)->read(std::as_writable_bytes(std::span(samples))); !done) {
-    return pass(done.error());
+    return done.error();
   }
   return samples;
 }
