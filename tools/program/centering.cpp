@@ -1,18 +1,10 @@
 #include "tools/program/centering.h"
 
 #include <algorithm>
-#include <cmath>
-
-#include <nlohmann/json.hpp>
 
 #include "tools/program/console.h"
 
 namespace t4d::tools {
-namespace {
-
-constexpr const char* kKey = "origin";
-
-}  // namespace
 
 void addCenterOption(CLI::App& command, bool& center) {
   command.add_flag("--center", center,
@@ -24,44 +16,6 @@ int reportLosses(const std::vector<std::string>& losses, bool centered) {
   const auto ofShape = [](const std::string& loss) { return loss.starts_with("shape: "); };
   if (!centered && std::ranges::any_of(losses, ofShape)) sayHint("try: --center");
   return code;
-}
-
-model::Point3 roundCenterOf(const model::Bounds3& bounds) {
-  model::Point3 center = model::Point3::Zero();
-  if (bounds.empty()) return center;
-  const double extent = (bounds.max - bounds.min).maxCoeff();
-  if (!(extent > 0)) return center;
-  // Divided rather than multiplied by a fraction, which has no exact double.
-  const double power = std::floor(std::log10(extent)) - 1;
-  const double unit = std::pow(10.0, std::abs(power));
-  for (int axis = 0; axis < 3; ++axis) {
-    const double middle = bounds.min[axis] / 2 + bounds.max[axis] / 2;
-    center[axis] =
-        power < 0 ? std::nearbyint(middle * unit) / unit : std::nearbyint(middle / unit) * unit;
-    if (!std::isfinite(center[axis])) center[axis] = middle;
-  }
-  return center;
-}
-
-model::Point3 originOf(const formats::Metadata& metadata) {
-  const auto details = nlohmann::json::parse(metadata.detailsJson, nullptr, false);
-  model::Point3 origin = model::Point3::Zero();
-  if (!details.is_object() || !details.contains(kKey)) return origin;
-  const auto& numbers = details[kKey];
-  if (!numbers.is_array() || numbers.size() != 3) return origin;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto& number = numbers[static_cast<std::size_t>(axis)];
-    if (!number.is_number()) return model::Point3::Zero();
-    origin[axis] = number.get<double>();
-  }
-  return origin;
-}
-
-std::string withOrigin(const std::string& detailsJson, const model::Point3& origin) {
-  if (origin.isZero(0)) return detailsJson;
-  auto details = nlohmann::ordered_json::parse(detailsJson);
-  details[kKey] = {origin.x(), origin.y(), origin.z()};
-  return details.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
 }  // namespace t4d::tools

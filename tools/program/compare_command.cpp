@@ -25,8 +25,9 @@
 #include "t4d/system/child_process.h"
 #include "t4d/system/replaceable.h"
 #include "t4d/system/temporary_folder.h"
+#include "t4d/verbs/motion_frames.h"
+#include "t4d/verbs/origin.h"
 #include "t4d/voxel4d/voxelize.h"
-#include "tools/program/centering.h"
 #include "tools/program/commands.h"
 #include "tools/program/compare_page.h"
 #include "tools/program/compare_text.h"
@@ -155,8 +156,8 @@ Result<std::variant<MeshFile, int>> build(const CompareArguments& options, const
   file.mesh.hypervolumeExpected = truth.hypervolume();
   if (voxelSize) {
     // The other process prints its notices, too.
-    auto times = motionFrameTimes(options.frames, *voxelSize, truth.mesh, truth.motion,
-                                  options.motion, notes);
+    auto times = verbs::motionFrameTimes(options.frames, *voxelSize, truth.mesh, truth.motion,
+                                         options.motion, notes);
     if (!times) return times.error();
     file.mesh.name =
         fmt::format("voxel method, {}{}{}", *voxelSize, truth.motion.lengthUnit.empty() ? "" : " ",
@@ -249,7 +250,7 @@ Result<void> convertUnits(const Side& a, Side& b, std::vector<std::string>& note
   auto time = conversionTo(ofA.timeUnit, pathOfA, ofB.timeUnit, pathOfB, "time",
                            model::timeConversion, notes);
   if (!time) return time.error();
-  if (originOf(ofA) != originOf(ofB)) {
+  if (verbs::originOf(ofA) != verbs::originOf(ofB)) {
     notes.push_back(
         fmt::format("the origins of {} and {} lie elsewhere in the original "
                     "coordinates; positions are compared as they are in the files",

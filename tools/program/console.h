@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json_fwd.hpp>
 
+#include "t4d/model/amount_text.h"
 #include "t4d/model/error.h"
 #include "tools/program/progress_bar.h"
 
@@ -79,14 +80,9 @@ void printJson(const nlohmann::ordered_json& value);
 /// applies to all further columns.
 void printTable(const std::vector<std::vector<std::string>>& rows, std::string_view alignment);
 
-/// "1,234,567".
-std::string grouped(std::uint64_t number);
-
-/// "1 slab", "2,000 slabs". `many` is the plural, by default `one` with an s.
-std::string counted(std::uint64_t number, std::string_view one, std::string_view many = {});
-
-/// "12.3 MB".
-std::string sizeText(std::uint64_t bytes);
+using model::counted;
+using model::grouped;
+using model::sizeText;
 
 /// Peak memory of the process or, if that is more, of one that it ran, in bytes.
 std::uint64_t peakBytes();

@@ -16,6 +16,7 @@
 #include "t4d/measure/chord_bound.h"
 #include "t4d/slice/slice.h"
 #include "t4d/verbs/json_text.h"
+#include "t4d/verbs/origin.h"
 #include "t4d/voxel4d/point_field.h"
 #include "tools/program/body_files.h"
 #include "tools/program/centering.h"
@@ -152,7 +153,7 @@ Result<std::vector<std::string>> write(const EnvelopeArguments& options,
   std::vector<formats::NamedMesh> meshes;
   for (const Passed& one : all) meshes.push_back({one.name, one.envelope.mesh});
   formats::MeshWriteOptions how;
-  how.origin = originOf(metadata);
+  how.origin = verbs::originOf(metadata);
   how.center = center;
   if (formats::triangleMeshFormat(options.output)->placed) {
     std::vector<std::string> notices;
@@ -521,7 +522,7 @@ int run(const EnvelopeArguments& options) {
 
   const model::Bounds3 bounds = boundsOf(*all);
   const model::Point3 center =
-      options.center ? roundCenterOf(bounds) : model::Point3(model::Point3::Zero());
+      options.center ? verbs::roundCenterOf(bounds) : model::Point3(model::Point3::Zero());
   edit::EnvelopeOptions how{.voxelSize = options.voxelSize.value_or(0),
                             .maxBytes = options.maxMemoryGiB * 0x1p30,
                             .exact = options.exact};

@@ -7,6 +7,7 @@
 #include "t4d/convert/morph_flipbook.h"
 #include "t4d/convert/rigid_flipbook.h"
 #include "t4d/formats/usd/usd_writer.h"
+#include "t4d/verbs/origin.h"
 #include "tools/program/appearance.h"
 #include "tools/program/centering.h"
 #include "tools/program/commands.h"
@@ -101,8 +102,8 @@ int run(const FlipbookArguments& options) {
   if (!bounds) return report(inInput(bounds.error(), *input));
   how.write.gltf = options.gltf.encoding(options.gltf.bits ? *bounds : model::Bounds3());
   how.write.gltf.visibility = options.visibility;
-  how.write.origin = originOf(input->metadata);
-  if (options.center) how.write.center = roundCenterOf(*bounds);
+  how.write.origin = verbs::originOf(input->metadata);
+  if (options.center) how.write.center = verbs::roundCenterOf(*bounds);
   Result<convert::FrameSlicesReport> written;
   {
     // Of the other two kinds, slabs are read once for all frames.

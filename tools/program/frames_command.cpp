@@ -10,6 +10,7 @@
 #include "t4d/formats/usd/usd_writer.h"
 #include "t4d/measure/compare.h"
 #include "t4d/system/replaceable.h"
+#include "t4d/verbs/origin.h"
 #include "t4d/voxel4d/voxelize.h"
 #include "tools/program/appearance.h"
 #include "tools/program/centering.h"
@@ -100,7 +101,7 @@ int runGrids(const FramesArguments& options) {
   }
   convert::FramesManifest manifest;
   manifest.space = spaceOf(metadata);
-  manifest.origin = originOf(metadata);
+  manifest.origin = verbs::originOf(metadata);
   const auto solidAt = [&](double time) {
     auto solid = measure::solidAt(input->bodies, time);
     if (solid) {
@@ -201,8 +202,8 @@ int run(const FramesArguments& options) {
   const auto bounds = boundsOf(*input);
   if (!bounds) return report(inInput(bounds.error(), *input));
   how.write.gltf = options.gltf.encoding(options.gltf.bits ? *bounds : model::Bounds3());
-  how.write.origin = originOf(metadata);
-  if (options.center) how.write.center = roundCenterOf(*bounds);
+  how.write.origin = verbs::originOf(metadata);
+  if (options.center) how.write.center = verbs::roundCenterOf(*bounds);
   if (formats::triangleMeshFormat("a" + names->extension)->placed) {
     std::vector<std::string> notices;
     how.write.placement = verbs::placementOf(metadata, notices);

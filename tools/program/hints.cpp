@@ -13,6 +13,7 @@
 #include "t4d/formats/t4d/stream.h"
 #include "t4d/formats/t4d/url.h"
 #include "t4d/formats/triangle/triangle_mesh_formats.h"
+#include "t4d/verbs/t4d_file.h"
 #include "t4d/voxel4d/volumes/volume_frames.h"
 #include "tools/program/t4d_output.h"
 
@@ -39,7 +40,7 @@ std::string quoted(std::string word) {
 /// `PATH` with another suffix, such that no file of that name exists.
 std::string freeName(const std::string& path, const std::string& suffix,
                      const std::string& extension) {
-  std::string name = nameWithoutExtension(path);
+  std::string name = verbs::nameWithoutExtension(path);
   // Part files left behind are hidden.
   name.erase(0, name.find_first_not_of('.'));
   const std::string base = (fs::path(path).parent_path() / (name + suffix)).string();

@@ -5,7 +5,7 @@
 
 #include "t4d/formats/t4d/reader.h"
 #include "t4d/formats/t4d/stream.h"
-#include "tools/program/centering.h"
+#include "t4d/verbs/origin.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/input_options.h"
@@ -180,7 +180,7 @@ void printInfo(const File& reader, const SlabLists& slabs, bool json) {
     print("  body '{}': {}, time {} to {}\n", metadata.bodies[i].name,
           counted(body.tetrahedra, "tetrahedron", "tetrahedra"), body.time.begin, body.time.end);
   }
-  if (const model::Point3 origin = originOf(metadata); !origin.isZero(0)) {
+  if (const model::Point3 origin = verbs::originOf(metadata); !origin.isZero(0)) {
     print("  its origin is at ({}, {}, {}) of the original coordinates\n", origin.x(), origin.y(),
           origin.z());
   }

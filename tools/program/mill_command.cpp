@@ -18,6 +18,7 @@
 #include "t4d/formats/triangle/triangle_mesh_formats.h"
 #include "t4d/mill/mill.h"
 #include "t4d/slice/slice_at_times.h"
+#include "t4d/verbs/t4d_file.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/frame_options.h"
@@ -396,9 +397,9 @@ int millFiles(const MillArguments& options, const MillToolSpecs& specs, const Ta
   const model::Motion& motion = path->motion;
   const auto times = frameTimesOf(options, motion);
   if (!times) return report(times.error());
-  auto file =
-      T4dFile::create(options.output, {"voxel4d", options.stock, motion.lengthUnit, motion.timeUnit,
-                                       detailsOf(options, specs, times->size())});
+  auto file = verbs::T4dFile::create(options.output.fileOptions(),
+                                     {"voxel4d", options.stock, motion.lengthUnit, motion.timeUnit,
+                                      detailsOf(options, specs, times->size())});
   if (!file) return report(file.error());
   mill::MillOptions how = millOptions(options, *tools, *path);
   how.times = *times;

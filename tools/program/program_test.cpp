@@ -1742,7 +1742,7 @@ TEST_F(Program, FramesMayBeLeftOut) {
                                           "frames over the whole motion would keep them"));
   EXPECT_EQ(few.exitCode, 0);
   refuses("voxelize fx/cube.obj -m fx/paper-translation.json --voxel-size 1e-6 -o out",
-          "at most 1000000 are allowed; use larger voxels, or choose --frames");
+          "at most 1000000 are allowed; use larger voxels, or choose the number of frames");
 }
 
 TEST_F(Program, CompareSaysWhenTimesFallOnFrames) {

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "t4d/measure/compare.h"
-#include "tools/program/centering.h"
+#include "t4d/verbs/origin.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/frame_options.h"
@@ -27,7 +27,7 @@ int run(const RasterizeArguments& options) {
   }
   const auto times = voxel4d::frameTimes(model::timeSpanOf(input->bodies), when);
   if (!times) return report(times.error());
-  if (!originOf(input->metadata).isZero(0)) {
+  if (!verbs::originOf(input->metadata).isZero(0)) {
     printNotices(
         {"the grids have the coordinates of the file, whose origin was moved; .vdb has no "
          "place to say so"});

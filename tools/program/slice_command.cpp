@@ -13,6 +13,7 @@
 #include "t4d/slice/merge_coplanar.h"
 #include "t4d/slice/slice.h"
 #include "t4d/slice/velocity.h"
+#include "t4d/verbs/origin.h"
 #include "tools/program/appearance.h"
 #include "tools/program/centering.h"
 #include "tools/program/commands.h"
@@ -212,7 +213,7 @@ Result<std::vector<std::string>> write(const SliceArguments& options, const Sect
                                        const model::Point3& center) {
   formats::MeshWriteOptions how{.attributes = options.attributes || options.velocity.velocity};
   model::Point4 origin;
-  origin << originOf(metadata), 0;
+  origin << verbs::originOf(metadata), 0;
   how.origin = slice::basisOf(hyperplane).axes * origin;
   how.normals = options.appearance.normalStyle();
   how.time = options.time;
@@ -275,7 +276,7 @@ int run(const SliceArguments& options) {
   if (!options.output.empty()) {
     const formats::Metadata& metadata = input->metadata;
     const model::Point3 center =
-        options.center ? roundCenterOf(boundsOf(*sections)) : model::Point3(0, 0, 0);
+        options.center ? verbs::roundCenterOf(boundsOf(*sections)) : model::Point3(0, 0, 0);
     if (options.attributes || options.velocity.velocity) {
       auto placed =
           placeAttributes(*sections, metadata.attributes, options.time.has_value(), center);

@@ -19,6 +19,9 @@
 #include "t4d/formats/t4d/names.h"
 #include "t4d/formats/usd/usd_animation.h"
 #include "t4d/mesh4d/sweep.h"
+#include "t4d/verbs/lost_parts.h"
+#include "t4d/verbs/motion_frames.h"
+#include "t4d/verbs/t4d_file.h"
 #include "t4d/voxel4d/voxelize.h"
 #include "t4d/voxel4d/weave.h"
 #include "tools/program/commands.h"
@@ -321,7 +324,7 @@ class FoundInSteps {
 
 /// Sweeps bodies through their keys; the file has as many bodies.
 Result<Made> sweepKeys(const SweepArguments& options,
-                       const std::vector<formats::AnimatedBody>& bodies, T4dFile& file) {
+                       const std::vector<formats::AnimatedBody>& bodies, verbs::T4dFile& file) {
   std::uint64_t keys = 0;
   for (const auto& body : bodies) {
     for (const auto& run : body.runs) keys += run->count();
@@ -403,8 +406,8 @@ Result<Made> sweepKeys(const SweepArguments& options,
 Result<Made> sweepVoxels(const SweepArguments& options, const model::TriangleMesh& mesh,
                          const model::Motion& motion, model::Sink& sink) {
   Made made;
-  auto times = motionFrameTimes(options.times, *options.voxelSize, mesh, motion, options.motion,
-                                made.notices);
+  auto times = verbs::motionFrameTimes(options.times, *options.voxelSize, mesh, motion,
+                                       options.motion, made.notices);
   if (!times) return times.error();
   if (const auto ignored = ignoredBy(options); !ignored.empty()) {
     made.notices.push_back(fmt::format("voxel4d ignores {}", fmt::join(ignored, ", ")));
@@ -418,7 +421,7 @@ Result<Made> sweepVoxels(const SweepArguments& options, const model::TriangleMes
   auto report = voxel4d::weave(*frames, how, sink, bar.callback());
   if (!report) return report.error();
   noticeCaps(how.caps, *report, made.notices);
-  noticeLostParts(report->partsLost, made.notices);
+  verbs::noticeLostParts(report->partsLost, made.notices);
   made.vertices = report->vertices;
   made.tetrahedra = report->tetrahedra;
   made.steps = report->frames - 1;
@@ -451,7 +454,8 @@ struct Loaded {
 };
 
 /// Sweeps solids along one motion; the file has as many bodies.
-Result<Made> sweepSolids(const SweepArguments& options, const Loaded& loaded, T4dFile& file) {
+Result<Made> sweepSolids(const SweepArguments& options, const Loaded& loaded,
+                         verbs::T4dFile& file) {
   Made all;
   ordered_json parts = ordered_json::array();
   for (std::size_t i = 0; i < loaded.solids.size(); ++i) {
@@ -650,10 +654,10 @@ int run(const SweepArguments& options) {
     }
     bodies.front().name = options.output.body;
   }
-  auto file =
-      T4dFile::create(options.output, {options.backend, options.models.front(), loaded->lengthUnit,
-                                       loaded->timeUnit, detailsOf(options, loaded->materials),
-                                       bodies, "", loaded->up});
+  auto file = verbs::T4dFile::create(
+      options.output.fileOptions(),
+      {options.backend, options.models.front(), loaded->lengthUnit, loaded->timeUnit,
+       detailsOf(options, loaded->materials), bodies, "", loaded->up});
   if (!file) return report(file.error());
 
   auto made = options.hasKeys() ? sweepKeys(options, loaded->bodies, *file)

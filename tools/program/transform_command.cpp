@@ -19,7 +19,7 @@
 #include "t4d/model/limits.h"
 #include "t4d/model/sinks.h"
 #include "t4d/model/transformed.h"
-#include "tools/program/centering.h"
+#include "t4d/verbs/origin.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/input_options.h"
@@ -292,10 +292,10 @@ int run(const TransformArguments& options) {
   }
   // Of a mesh that was centred, the place of the origin moves with it.
   model::Point4 origin = model::Point4::Zero();
-  origin.head<3>() = originOf(metadata);
+  origin.head<3>() = verbs::originOf(metadata);
   if (mixesTime(options)) origin = *axesOf(options.axes) * origin;
   metadata.detailsJson =
-      withOrigin(metadata.detailsJson, transform.space.leftCols<3>() * origin.head<3>());
+      verbs::withOrigin(metadata.detailsJson, transform.space.leftCols<3>() * origin.head<3>());
   auto writer =
       formats::T4dWriter::create(options.output, metadata, {.compression = options.compression});
   if (!writer) return report(writer.error());

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/model/limits.h"
+#include "t4d/verbs/lost_parts.h"
 #include "tools/program/console.h"
 #include "tools/program/frame_options.h"
 #include "tools/program/option_checks.h"
@@ -21,54 +21,6 @@ void addFrameTimes(CLI::App& command, voxel4d::FrameTimes& times, const std::str
       .add_option("--frame-time", times.step,
                   prefix + "Time between frames; --frames then limits their number")
       ->check(numberAboveZero());
-}
-
-Result<std::vector<double>> motionFrameTimes(const voxel4d::FrameTimes& when, double voxelSize,
-                                             const model::TriangleMesh& mesh,
-                                             const model::Motion& motion,
-                                             const std::string& motionFile,
-                                             std::vector<std::string>& notices) {
-  const auto inMotion = [&](Error error) {
-    error.where = motionFile;
-    return error;
-  };
-  const model::Bounds3 bounds = boundsOf(mesh);
-  const double narrowest = (bounds.max - bounds.min).minCoeff();
-  if (voxelSize > narrowest) {
-    notices.push_back(fmt::format(
-        "voxels of {} are larger than the solid, which is {:.4g} wide: it may fall between lattice "
-        "points",
-        voxelSize, narrowest));
-  }
-  const model::TimeSpan span{motion.timeBegin(), motion.timeEnd()};
-  const double speed = voxel4d::maxSpeed(mesh, motion);
-  const auto enough = voxel4d::framesWithin(voxelSize, speed, span);
-  if (!when.count && !when.step) {
-    if (enough) return voxel4d::frameTimes(span, {*enough, {}}).map_error(inMotion);
-    Error error = enough.error();
-    error.message += "; use larger voxels, or choose --frames";
-    return inMotion(std::move(error));
-  }
-  auto times = voxel4d::frameTimes(span, when);
-  if (!times) return inMotion(times.error());
-  for (std::size_t i = 1; i < times->size(); ++i) {
-    const double apart = (*times)[i] - (*times)[i - 1];
-    if (apart >= model::kSmallestExtent) continue;
-    return invalid(fmt::format("frames would be {:.3g} apart in time; at least {} is possible",
-                               apart, model::kSmallestExtent),
-                   motionFile);
-  }
-  const double voxels = voxel4d::largestGap(*times) * speed / voxelSize;
-  constexpr double kRounding = 1e-9;
-  if (voxels > 1 + kRounding) {
-    notices.push_back(fmt::format(
-        "points move up to {:.3g} voxels between two frames; {} over the whole motion would keep "
-        "them within one",
-        voxels,
-        enough ? counted(*enough, "frame")
-               : fmt::format("more than {} frames", grouped(voxel4d::kMaxFrames))));
-  }
-  return times;
 }
 
 const std::vector<std::string>& voxelCaps() {
@@ -117,31 +69,6 @@ void LostPartsOptions::addTo(CLI::App& command) {
 
 int LostPartsOptions::exitCode(const voxel4d::LostParts& parts, int done) const {
   return fails && parts.count > 0 ? kFailed : done;
-}
-
-nlohmann::ordered_json jsonOf(const voxel4d::LostParts& parts) {
-  auto all = nlohmann::ordered_json::array();
-  for (const voxel4d::LostPart& part : parts.listed) {
-    all.push_back({{"frame", part.frame},
-                   {"time", part.time},
-                   {"point", {part.point.x(), part.point.y(), part.point.z()}},
-                   {"voxels", part.voxels}});
-  }
-  return all;
-}
-
-void noticeLostParts(const voxel4d::LostParts& parts, std::vector<std::string>& notices) {
-  if (parts.count == 0) return;
-  const voxel4d::LostPart& first = parts.listed.front();
-  std::string notice = fmt::format(
-      "frame {} (counted from 0, at time {:.6g}): a part of {} at ({:.6g}, {:.6g}, {:.6g}) moves "
-      "by its own width or more before the next frame, so that it shrinks or vanishes in between",
-      first.frame, first.time, counted(first.voxels, "voxel"), first.point.x(), first.point.y(),
-      first.point.z());
-  if (parts.count > 1) {
-    notice += fmt::format("; {} in all are lost like this", counted(parts.count, "part"));
-  }
-  notices.push_back(notice + "; use frames closer in time");
 }
 
 void VoxelSeriesOptions::addTo(CLI::App& command) {
@@ -197,7 +124,7 @@ int writeVoxelSeries(const VoxelSeriesOptions& options, const std::vector<double
     result["seconds"] = seconds;
     result["peak_bytes"] = peakBytes();
     result["bytes"] = written->bytes;
-    result["parts_lost"] = jsonOf(written->partsLost);
+    result["parts_lost"] = verbs::jsonOf(written->partsLost);
     if (options.part.isGiven()) {
       identity["frames"] = times.size();
       result["part"] = options.part.json(std::move(identity));
@@ -213,7 +140,7 @@ int writeVoxelSeries(const VoxelSeriesOptions& options, const std::vector<double
   }
   noticeEmptyFrames(*written);
   std::vector<std::string> notices;
-  noticeLostParts(written->partsLost, notices);
+  verbs::noticeLostParts(written->partsLost, notices);
   printNotices(notices);
   return options.lostParts.exitCode(written->partsLost, kDone);
 }

@@ -22,15 +22,6 @@ void addFrameTimes(CLI::App& command, voxel4d::FrameTimes& times, const std::str
 /// The value of `otherwise` for verbs that use motionFrameTimes.
 inline constexpr const char* kFramesByMotion = " (default: at most one voxel of motion per frame)";
 
-/// The times of a motion's frames: as given by `when`, or otherwise enough that no point of `mesh`
-/// moves by more than a voxel between two frames. Adds a notice if the frames of `when` are farther
-/// apart. `where` of an error is `motionFile`.
-Result<std::vector<double>> motionFrameTimes(const voxel4d::FrameTimes& when, double voxelSize,
-                                             const model::TriangleMesh& mesh,
-                                             const model::Motion& motion,
-                                             const std::string& motionFile,
-                                             std::vector<std::string>& notices);
-
 /// The values of `--caps` for voxel4d; flat is the default.
 const std::vector<std::string>& voxelCaps();
 bool isVoxelCaps(const std::string& name);
@@ -55,9 +46,6 @@ struct LostPartsOptions {
   /// The exit code in place of `done`.
   int exitCode(const voxel4d::LostParts& parts, int done) const;
 };
-/// The value of `parts_lost`.
-nlohmann::ordered_json jsonOf(const voxel4d::LostParts& parts);
-void noticeLostParts(const voxel4d::LostParts& parts, std::vector<std::string>& notices);
 
 /// A notice if frames have no point inside.
 void noticeEmptyFrames(const voxel4d::VoxelSeries& written);

@@ -1,3 +1,4 @@
+#include "t4d/verbs/motion_frames.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/moving_mesh.h"
@@ -16,8 +17,8 @@ int run(const VoxelizeArguments& options) {
   if (!loaded) return report(loaded.error());
   model::TriangleMesh& mesh = loaded->bodies.front().mesh;
   std::vector<std::string> notices;
-  const auto times = motionFrameTimes(options.series.times, options.series.voxelSize, mesh,
-                                      loaded->motion, options.input.motion, notices);
+  const auto times = verbs::motionFrameTimes(options.series.times, options.series.voxelSize, mesh,
+                                             loaded->motion, options.input.motion, notices);
   if (!times) return report(times.error());
   printNotices(notices);
   auto first = nlohmann::ordered_json::object();

@@ -14,6 +14,8 @@
 #include "t4d/formats/t4d/http_files.h"
 #include "t4d/formats/t4d/url.h"
 #include "t4d/formats/triangle/triangle_mesh_formats.h"
+#include "t4d/verbs/lost_parts.h"
+#include "t4d/verbs/t4d_file.h"
 #include "t4d/voxel4d/advected_frames.h"
 #include "t4d/voxel4d/vdb_frames.h"
 #include "t4d/voxel4d/volumes/volume_frames.h"
@@ -114,7 +116,7 @@ std::string detailsOf(const WeaveArguments& options) {
   if (options.hasVelocity()) {
     std::vector<std::string> names;
     for (const std::string& file : options.velocityFiles) {
-      names.push_back(nameIn(formats::shownName(file)).string());
+      names.push_back(verbs::nameIn(formats::shownName(file)).string());
     }
     parameters["velocity"] =
         names.empty() ? options.velocity : fmt::format("{}", fmt::join(names, ", "));
@@ -124,7 +126,8 @@ std::string detailsOf(const WeaveArguments& options) {
   parameters["between"] = options.between.value_or("distance");
   parameters["precision"] = options.output.coding.precision;
   if (options.output.coding.grid) parameters["grid"] = *options.output.coding.grid;
-  ordered_json source{{"frames", nameIn(formats::shownName(options.frames.front())).string()}};
+  ordered_json source{
+      {"frames", verbs::nameIn(formats::shownName(options.frames.front())).string()}};
   if (options.voxelSize && options.frames.size() > 1) source["meshes"] = options.frames.size();
   return ordered_json{{"source", source}, {"parameters", parameters}}.dump(
       -1, ' ', false, ordered_json::error_handler_t::replace);
@@ -364,9 +367,9 @@ int run(const WeaveArguments& options) {
   const auto unit = [](const std::string& given, const std::string& ofFile) {
     return given.empty() ? ofFile : given;
   };
-  T4dFile::About about = {"voxel4d", formats::shownName(options.frames.front()),
-                          unit(options.lengthUnit, input->lengthUnit),
-                          unit(options.timeUnit, input->timeUnit), detailsOf(options)};
+  verbs::T4dFile::About about = {"voxel4d", formats::shownName(options.frames.front()),
+                                 unit(options.lengthUnit, input->lengthUnit),
+                                 unit(options.timeUnit, input->timeUnit), detailsOf(options)};
   about.space = input->space;
   if (labels.size() > 1) {
     const std::string& name = options.output.body;
@@ -374,7 +377,7 @@ int run(const WeaveArguments& options) {
       about.bodies.push_back({fmt::format("{} {}", name.empty() ? "label" : name, *label)});
     }
   }
-  auto file = T4dFile::create(options.output, about);
+  auto file = verbs::T4dFile::create(options.output.fileOptions(), about);
   if (!file) return report(file.error());
   const voxel4d::CapStyle caps = voxelCapStyle(options.caps);
   voxel4d::WeaveReport woven;
@@ -423,7 +426,7 @@ int run(const WeaveArguments& options) {
   auto bytes = file->finish();
   if (!bytes) return report(bytes.error());
   if (!options.part.isGiven()) noticeCaps(caps, woven, notices);
-  noticeLostParts(woven.partsLost, notices);
+  verbs::noticeLostParts(woven.partsLost, notices);
   if (options.between && woven.masks == 0) {
     notices.push_back("--between " + *options.between +
                       " has no effect: no frame is a mask or has labels, and the values of level "
@@ -457,7 +460,7 @@ int run(const WeaveArguments& options) {
         {"cap_tetrahedra", woven.capTetrahedra},
         {"space", input->space.empty() ? ordered_json() : ordered_json(input->space)},
         {"bytes", *bytes},
-        {"parts_lost", jsonOf(woven.partsLost)}};
+        {"parts_lost", verbs::jsonOf(woven.partsLost)}};
     if (options.part.isGiven()) result["part"] = options.part.json({{"frames", allFrames}});
     printJson(result);
   } else {
