@@ -134,6 +134,8 @@ function(t4d_add_test name)
   target_link_libraries(${name} PRIVATE ${ARG_LINK} fmt::fmt GTest::gtest GTest::gmock GTest::gtest_main)
   t4d_own_code(${name})
   t4d_compile_quickly(${name})
+  # Tests of different things name their helpers alike.
+  set_target_properties(${name} PROPERTIES UNITY_BUILD_BATCH_SIZE 8)
   if(NOT ARG_PRECOMPILED)
     set(ARG_PRECOMPILED tests)
   endif()

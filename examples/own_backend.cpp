@@ -24,7 +24,7 @@ class OwnBackend : public conformance::Backend {
     options.steps = mesh4d::MinVolumeRatio{given.minVolumeRatio};
     options.caps = mesh4d::CapMethod::Cone;
     const auto swept = mesh4d::sweep(given.mesh->mesh, given.mesh->motion, options, sink);
-    return swept ? Result<void>() : t4d::pass(swept.error());
+    return swept ? Result<void>() : swept.error();
   }
 };
 

@@ -81,7 +81,7 @@ slice::WithMotion motionFor(const MaxSpeed& maxSpeed) {
 Result<std::shared_ptr<model::TriangleMesh>> meshOf(slice::Slice slice, const MaxSpeed& maxSpeed) {
   if (maxSpeed) {
     if (auto added = addVelocity(slice, {.most = *maxSpeed}); !added) {
-      return t4d::pass(added.error());
+      return added.error();
     }
   }
   return std::make_shared<model::TriangleMesh>(std::move(slice.mesh));
@@ -98,7 +98,7 @@ std::shared_ptr<model::TriangleMesh> sliceOf(const Body& body,
     auto slice = plane.normal.isApprox(Eigen::Vector4d::UnitW(), 0)
                      ? body.slicer(motionFor(maxSpeed)).at(plane.offset)
                      : slice::slice(*body.source, plane);
-    if (!slice) return t4d::pass(slice.error());
+    if (!slice) return slice.error();
     return meshOf(std::move(*slice), maxSpeed);
   }();
   return valueOf(std::move(made));
@@ -125,9 +125,9 @@ std::vector<std::shared_ptr<model::TriangleMesh>> slices(const Body& body,
   return watch.run([&](const model::Progress& progress) -> Result<Meshes> {
     Meshes meshes;
     for (auto& slice : slice::sliceAtTimes(*body.source, times, progress, motionFor(maxSpeed))) {
-      if (!slice) return t4d::pass(slice.error());
+      if (!slice) return slice.error();
       auto mesh = meshOf(std::move(*slice), maxSpeed);
-      if (!mesh) return t4d::pass(mesh.error());
+      if (!mesh) return mesh.error();
       meshes.push_back(std::move(*mesh));
     }
     return meshes;
@@ -149,12 +149,12 @@ std::vector<std::pair<std::shared_ptr<model::TriangleMesh>, std::string>> lightS
     };
     model::inOrder<Made>(times.size(), make, [&](const Made& made) {
       if (!*made) {
-        done = t4d::pass(made->error());
+        done = made->error();
         return false;
       }
       auto mesh = meshOf(std::move((**made).slice), maxSpeed);
       if (!mesh) {
-        done = t4d::pass(mesh.error());
+        done = mesh.error();
         return false;
       }
       slices.emplace_back(std::move(*mesh), (**made).whyExact);

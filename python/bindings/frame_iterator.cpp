@@ -93,14 +93,14 @@ Result<voxel4d::Frame> FrameIterator::frameOf(const py::object& given, std::size
     const std::string typeName = py::str(py::object(array.dtype()));
     if (!type) return invalid(fmt::format("the array is of {}; expected are numbers", typeName));
     const auto rule = voxel4d::arrayRule(*type, typeName, inside_.iso, inside_.label);
-    if (!rule) return t4d::pass(rule.error());
+    if (!rule) return rule.error();
     voxel4d::SampleBox box{*type, static_cast<const std::byte*>(array.data()), {}, {}};
     for (std::size_t axis = 0; axis < 3; ++axis) {
       box.size[axis] = static_cast<std::size_t>(shape[axis]);
       box.strides[axis] = array.strides(static_cast<py::ssize_t>(axis));
     }
     if (auto checked = voxel4d::checkArraySize(box.size); !checked) {
-      return t4d::pass(checked.error());
+      return checked.error();
     }
     const std::shared_ptr<const py::array> owner(new py::array(array),
                                                  [begun = begun_](const py::array* kept) {
@@ -109,15 +109,15 @@ Result<voxel4d::Frame> FrameIterator::frameOf(const py::object& given, std::size
                                                  });
     const Unlocked unlocked;
     auto signs = voxel4d::usableSignsOf(box, *rule);
-    if (!signs) return t4d::pass(signs.error());
+    if (!signs) return signs.error();
     const auto outside = voxel4d::fieldOutside(*rule, signs->farthest);
-    if (!outside) return t4d::pass(outside.error());
+    if (!outside) return outside.error();
     return voxel4d::frameOf(box, *rule, std::move(*signs), *outside, times_[index], owner);
   }();
   if (!made) {
     Error error = made.error();
     error.where = where;
-    return t4d::pass(error);
+    return error;
   }
   return made;
 }

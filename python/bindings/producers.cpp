@@ -41,7 +41,7 @@ std::shared_ptr<Producer> sweepMotion(const std::shared_ptr<TriangleMesh>& mesh,
   producer->run = [mesh, motion, how = sweepOptions(options)](
                       model::Sink& sink, const model::Progress& progress) -> Result<void> {
     auto done = mesh4d::sweep(*mesh, motion, how, sink, progress);
-    return done ? Result<void>() : t4d::pass(done.error());
+    return done ? Result<void>() : done.error();
   };
   return producer;
 }
@@ -62,7 +62,7 @@ std::shared_ptr<Producer> sweepKeys(const std::shared_ptr<TriangleMesh>& mesh,
   producer->run = [mesh, stored, how = sweepOptions(options)](
                       model::Sink& sink, const model::Progress& progress) -> Result<void> {
     auto done = mesh4d::sweep(*mesh, *stored, how, sink, progress);
-    return done ? Result<void>() : t4d::pass(done.error());
+    return done ? Result<void>() : done.error();
   };
   return producer;
 }
@@ -113,7 +113,7 @@ std::shared_ptr<Producer> weaveFrames(const py::function& again, const std::vect
     }
     auto done = voxel4d::weave(*frames, how, sink, progress);
     if (frames->raised) *raised = std::exchange(frames->raised, std::nullopt);
-    return done ? Result<void>() : t4d::pass(done.error());
+    return done ? Result<void>() : done.error();
   };
   return producer;
 }
@@ -169,16 +169,16 @@ py::tuple save(const std::string& path, const formats::Metadata& metadata, const
   using Written = std::pair<std::uint64_t, std::vector<std::string>>;
   const auto written = watch.run([&](const model::Progress& progress) -> Result<Written> {
     auto writer = formats::T4dWriter::create(path, metadata, how);
-    if (!writer) return t4d::pass(writer.error());
+    if (!writer) return writer.error();
     for (std::size_t i = 0; i < metadata.bodies.size(); ++i) {
       Watch::Sink sink(watch, writer->body(i));
-      if (auto done = put(i, sink, progress); !done) return t4d::pass(done.error());
+      if (auto done = put(i, sink, progress); !done) return done.error();
     }
     if (file != nullptr) {
-      if (auto kept = writer->keep(file->optionalChunks()); !kept) return t4d::pass(kept.error());
+      if (auto kept = writer->keep(file->optionalChunks()); !kept) return kept.error();
     }
     const auto bytes = writer->finish();
-    if (!bytes) return t4d::pass(bytes.error());
+    if (!bytes) return bytes.error();
     return Written{*bytes, writer->losses()};
   });
   return py::make_tuple(written.first, written.second);

@@ -71,7 +71,7 @@ class SlabQueue {
       std::unique_lock lock(mutex);
       changed.wait(lock, [&] { return next || ended; });
       if (!next && exception) std::rethrow_exception(exception);
-      if (!next && error) return t4d::pass(*error);
+      if (!next && error) return *error;
       auto taken = std::exchange(next, nullptr);
       changed.notify_all();
       return taken;

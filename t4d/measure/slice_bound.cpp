@@ -22,7 +22,7 @@ using model::Cell;
 using model::Point3;
 using model::Point4;
 
-using Corners = std::array<Point4, 4>;
+using CellCorners = std::array<Point4, 4>;
 using Tetrahedron = SpaceTimeTetrahedron;
 
 constexpr std::uint32_t kNone = ~std::uint32_t{0};
@@ -47,7 +47,7 @@ constexpr double kMostAlong = 0.866;
 /// follow the borders of tetrahedra closely, and be many.
 constexpr double kEasy = 0.95;
 
-Corners cornersIn(const CellSet& set, const Cell& cell) {
+CellCorners cornersIn(const CellSet& set, const Cell& cell) {
   return {set.vertices[cell[0]], set.vertices[cell[1]], set.vertices[cell[2]],
           set.vertices[cell[3]]};
 }
@@ -160,7 +160,7 @@ class SliceBound::Proof {
   Proof(const Tetrahedra& to, double distance)
       : to_(to), distance_(distance), isCover_(to.size(), 0) {}
 
-  bool prove(const Corners& corners) {
+  bool prove(const CellCorners& corners) {
     const Tetrahedron cell(corners);
     std::vector<std::uint32_t> near;
     to_.find(cell.bounds, distance_, near);
@@ -177,8 +177,8 @@ class SliceBound::Proof {
   };
 
   /// Proves a part of a cell among those that may be near to it.
-  bool prove(const Tetrahedron& cell, const Corners& part, const std::vector<std::uint32_t>& near,
-             int depth) {
+  bool prove(const Tetrahedron& cell, const CellCorners& part,
+             const std::vector<std::uint32_t>& near, int depth) {
     if (near.empty()) return false;
     std::optional<double> end;  // of the one that is near to most corners
     int most = 0;
@@ -197,7 +197,7 @@ class SliceBound::Proof {
     --pieces_;
     const auto [i, j, point] = end ? splitAtTime(part, *end) : splitInHalf(cell, part, near);
     for (const int replaced : {i, j}) {
-      Corners half = part;
+      CellCorners half = part;
       half[replaced] = point;
       const Bounds4 bounds = boundsOf(half);
       std::vector<std::uint32_t> nearHalf;
@@ -210,7 +210,7 @@ class SliceBound::Proof {
   }
 
   /// The number of corners at times of a tetrahedron if it is near to all of these; else 0.
-  int cornersNear(const Corners& part, std::uint32_t number) const {
+  int cornersNear(const CellCorners& part, std::uint32_t number) const {
     const Tetrahedron& one = to_[number];
     int count = 0;
     for (const Point4& corner : part) {
@@ -222,7 +222,7 @@ class SliceBound::Proof {
   }
 
   /// The time, between those of the corners, at which a tetrahedron begins or ends.
-  std::optional<double> endWithin(const Corners& part, std::uint32_t number) const {
+  std::optional<double> endWithin(const CellCorners& part, std::uint32_t number) const {
     const Bounds4 bounds = boundsOf(part);
     for (const double time : {to_[number].timeBegin(), to_[number].timeEnd()}) {
       if (bounds.min[3] < time && time < bounds.max[3]) return time;
@@ -232,12 +232,12 @@ class SliceBound::Proof {
 
   /// Whether those near enough along the normal of the cell cover the part, seen along it; if not
   /// as it is, then moved a little within its hyperplane, each corner at its own time.
-  bool isCovered(const Tetrahedron& cell, const Corners& part,
+  bool isCovered(const Tetrahedron& cell, const CellCorners& part,
                  const std::vector<std::uint32_t>& near) {
     const View view(cell.normal.head<3>());
     if (covers(cell, view, part, near, distance_)) return true;
     constexpr int kMostMoves = 3;  // from one end, others may be met
-    Corners moved = part;
+    CellCorners moved = part;
     for (int i = 0; i < kMostMoves && moveInside(view, part, moved); ++i) {
       if (covers(cell, view, moved, near, kMostAlong * distance_)) return true;
     }
@@ -245,7 +245,7 @@ class SliceBound::Proof {
   }
 
   /// Sets the ends of the cover that are seen in front of the part.
-  bool covers(const Tetrahedron& cell, const View& view, const Corners& part,
+  bool covers(const Tetrahedron& cell, const View& view, const CellCorners& part,
               const std::vector<std::uint32_t>& near, double distance) {
     const SeenPart seen(view, part);
     ++cover_;
@@ -261,7 +261,7 @@ class SliceBound::Proof {
   }
 
   /// Moves a part behind the ends of the cover, unless a corner gets too far from where it was.
-  bool moveInside(const View& view, const Corners& part, Corners& moved) const {
+  bool moveInside(const View& view, const CellCorners& part, CellCorners& moved) const {
     constexpr std::size_t kMostEnds = 64;
     constexpr double kLeastInSpace = 1e-3;
     constexpr double kABitMore = 1 + 1e-6;
@@ -324,7 +324,7 @@ class SliceBound::Proof {
   bool isEasy(const Point4& point) const { return to_.isNearToSome(point, kEasy * distance_); }
 
   /// Whether its corners and the middles of its edges, its sides and itself are easy.
-  bool hasEasySamples(const Corners& cell) const {
+  bool hasEasySamples(const CellCorners& cell) const {
     for (int which = 1; which < 16; ++which) {
       Point4 sum = Point4::Zero();
       int count = 0;
@@ -339,7 +339,7 @@ class SliceBound::Proof {
   }
 
   /// On the longest edge across a time.
-  static Split splitAtTime(const Corners& part, double time) {
+  static Split splitAtTime(const CellCorners& part, double time) {
     Split split{};
     double most = -1;
     for (int i = 0; i < 4; ++i) {
@@ -357,7 +357,7 @@ class SliceBound::Proof {
 
   /// In the middle of the edge along which the heights over those that are too far to be a cover
   /// change most; if there are none, of the longest.
-  Split splitInHalf(const Tetrahedron& cell, const Corners& part,
+  Split splitInHalf(const Tetrahedron& cell, const CellCorners& part,
                     const std::vector<std::uint32_t>& near) const {
     const Point3 direction = cell.normal.head<3>();
     std::array<std::array<double, 4>, 4> changes{};

@@ -14,7 +14,6 @@ namespace t4d::voxel4d {
 namespace {
 
 namespace io = openvdb::io;
-using openvdb::Coord;
 
 /// The header of a block compressed by Blosc (README_CHUNK_FORMAT.rst of c-blosc).
 struct BloscHeader {
@@ -114,9 +113,9 @@ class TreeReader {
     const auto tiles = stream_.take<std::uint32_t>();
     const auto children = stream_.take<std::uint32_t>();
     // Both are in coordinate order.
-    std::optional<Coord> before;
+    std::optional<openvdb::Coord> before;
     for (std::uint32_t i = 0; i < tiles; ++i) {
-      const Coord corner = takeCorner(before);
+      const openvdb::Coord corner = takeCorner(before);
       const Stored value = takeValue();
       root.addTile(corner, valueOf(value), takeFlag());
     }
@@ -129,7 +128,7 @@ class TreeReader {
   }
 
   template <class Node>
-  std::unique_ptr<Node> readNode(const Coord& corner) {
+  std::unique_ptr<Node> readNode(const openvdb::Coord& corner) {
     using Child = typename Node::ChildNodeType;
     using Mask = typename Node::NodeMaskType;
     stream_.need(2 * Mask::memUsage());
@@ -147,7 +146,7 @@ class TreeReader {
     for (auto child = children.beginOn(); child; ++child) {
       require(!active.isOn(child.pos()),
               "is damaged: it has an active tile and a node in one place");
-      const Coord at = node->offsetToGlobalCoord(child.pos());
+      const openvdb::Coord at = node->offsetToGlobalCoord(child.pos());
       if constexpr (std::is_same_v<Child, Leaf>) {
         node->addChild(readLeaf(at).release());
       } else {
@@ -158,7 +157,7 @@ class TreeReader {
   }
 
   /// Reads where the values of a leaf node are active; the values follow after all nodes.
-  std::unique_ptr<Leaf> readLeaf(const Coord& corner) {
+  std::unique_ptr<Leaf> readLeaf(const openvdb::Coord& corner) {
     const auto active = takeLeafMask();
     // Without memory for values, which are all read later.
     auto leaf = std::make_unique<Leaf>(openvdb::PartialCreate(), corner, valueOf(background_));
@@ -203,12 +202,12 @@ class TreeReader {
     const openvdb::CoordBBox& region = *options_.region;
     std::vector<Tile> cut;
     for (auto tile = node.cbeginValueAll(); tile; ++tile) {
-      const Coord corner = tile.getCoord();
+      const openvdb::Coord corner = tile.getCoord();
       const openvdb::CoordBBox box(corner, corner.offsetBy(Node::ChildNodeType::DIM - 1));
       if (*tile == valueOf(background_) || region.isInside(box)) continue;
       cut.push_back({box, *tile, tile.isValueOn()});
     }
-    std::vector<Coord> outside;
+    std::vector<openvdb::Coord> outside;
     for (auto child = node.beginChildOn(); child; ++child) {
       const openvdb::CoordBBox box = child->getNodeBoundingBox();
       if (!region.hasOverlap(box)) {
@@ -217,7 +216,8 @@ class TreeReader {
         clip(*child);
       }
     }
-    for (const Coord& at : outside) node.addTile(Node::LEVEL, at, valueOf(background_), false);
+    for (const openvdb::Coord& at : outside)
+      node.addTile(Node::LEVEL, at, valueOf(background_), false);
     for (auto& [box, value, active] : cut) {
       node.addTile(Node::LEVEL, box.min(), valueOf(background_), false);
       box.intersect(region);
@@ -312,15 +312,15 @@ class TreeReader {
     return mask;
   }
 
-  Coord takeCoord() {
+  openvdb::Coord takeCoord() {
     std::array<std::int32_t, 3> numbers{};
     stream_.bytes(numbers.data(), sizeof numbers);
-    return Coord(numbers.data());
+    return openvdb::Coord(numbers.data());
   }
 
   /// Reads the corner of a child of the root.
-  Coord takeCorner(std::optional<Coord>& before) {
-    const Coord corner = takeCoord();
+  openvdb::Coord takeCorner(std::optional<openvdb::Coord>& before) {
+    const openvdb::Coord corner = takeCoord();
     for (int axis = 0; axis < 3; ++axis) {
       require(corner[axis] % static_cast<std::int32_t>(Upper::DIM) == 0,
               "is damaged: it has a node at ({}, {}, {})", corner.x(), corner.y(), corner.z());

@@ -78,7 +78,7 @@ Result<ChunkFile::Header> ChunkFile::decodeHeader(
     auto refused = damaged(0, almost ? "the signature is damaged, as by a transfer in text mode; "
                                        "copy the file again in binary mode"
                                      : "is not a .t4d file: the signature is missing");
-    if (!almost) refused.value().remedy = Remedy::OtherFormat;
+    if (!almost) refused.remedy = Remedy::OtherFormat;
     return refused;
   }
   ByteReader from(copy);

@@ -59,7 +59,7 @@ bool areUsable(const std::string& axes) {
 // OME-Zarr --------------------------------------------------------------------------------------
 
 /// "um" for a micrometer, "s" for a second; others as they are.
-std::string unitNamed(const std::string& name) {
+std::string axisUnitOf(const std::string& name) {
   constexpr std::array<std::pair<std::string_view, std::string_view>, 14> kUnits = {{
       {"angstrom", "angstrom"},
       {"nanometer", "nm"},
@@ -148,7 +148,7 @@ class OmeReader {
  private:
   Result<void> readUnits(const json& axes, ZarrImage& image) const {
     for (std::size_t i = 0; i < axes.size(); ++i) {
-      const std::string unit = unitNamed(textOf(memberOf(axes[i], "unit")));
+      const std::string unit = axisUnitOf(textOf(memberOf(axes[i], "unit")));
       if (unit.empty() || image.axes[i] == 'c') continue;
       std::string& known = image.axes[i] == 't' ? image.timeUnit : image.lengthUnit;
       if (!known.empty() && known != unit) {
