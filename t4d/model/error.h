@@ -23,23 +23,28 @@ enum class ErrorCode {
 /// its own wording for these.
 enum class Remedy : std::uint8_t {
   None,
-  OtherFormat,  ///< read the file as another format
-  IsoValue,     ///< give an iso value: the grids hold densities
-  FrameTime,    ///< give the time between frames: the grids have none
-  GridName,     ///< choose a grid by its name: there are several
-  ConeCaps,     ///< close the ends with cones
-  StepRule,     ///< allow larger steps
-  Motion,       ///< change the motion: it is at fault, not the solid
-  VoxelSize,    ///< choose voxels of another size
-  MoreCells,    ///< allow more work than the size of the file suggests
-  OpenMesh,     ///< merge vertices, or accept a mesh that is not closed
-  Mend,         ///< mend the triangle mesh
-  Remesh,       ///< mend it through voxels
-  RemeshSize,   ///< mend it through voxels of another size
-  MaxHole,      ///< allow wider holes to be filled
-  MaxMove,      ///< allow the surface to move farther
-  Recover,      ///< close the 4D mesh, or merge its vertices
-  Units,        ///< convert one of two inputs, or ignore that their units or axes differ
+  OtherFormat,         ///< read the file as another format
+  IsoValue,            ///< give an iso value: the grids hold densities
+  FrameTime,           ///< give the time between frames: the grids have none
+  GridName,            ///< choose a grid by its name: there are several
+  ConeCaps,            ///< close the ends with cones
+  StepRule,            ///< allow larger steps
+  Motion,              ///< change the motion: it is at fault, not the solid
+  VoxelSize,           ///< choose voxels of another size
+  VoxelSizeOrParts,    ///< choose larger voxels, or make the field in parts
+  VoxelSizeOrOutside,  ///< choose others, or make an envelope that contains the motion for certain
+  VoxelSizeOrExact,    ///< either of these, or make the envelope without voxels
+  NotExact,            ///< make the envelope with voxels
+  Center,              ///< write coordinates about the middle of the solid
+  MoreCells,           ///< allow more work than the size of the file suggests
+  OpenMesh,            ///< merge vertices, or accept a mesh that is not closed
+  Mend,                ///< mend the triangle mesh
+  Remesh,              ///< mend it through voxels
+  RemeshSize,          ///< mend it through voxels of another size
+  MaxHole,             ///< allow wider holes to be filled
+  MaxMove,             ///< allow the surface to move farther
+  Recover,             ///< close the 4D mesh, or merge its vertices
+  Units,               ///< convert one of two inputs, or ignore that their units or axes differ
 };
 
 /// Every public function that can fail returns one of these instead of throwing.

@@ -1,207 +1,60 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <cmath>
-#include <map>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/edit/clip_time.h"
-#include "t4d/edit/collision_mesh.h"
-#include "t4d/edit/envelope.h"
 #include "t4d/formats/output_file.h"
 #include "t4d/formats/triangle/triangle_mesh_formats.h"
-#include "t4d/formats/triangle/triangle_mesh_writer.h"
-#include "t4d/measure/chord_bound.h"
 #include "t4d/slice/slice.h"
-#include "t4d/verbs/json_text.h"
-#include "t4d/verbs/origin.h"
-#include "t4d/voxel4d/point_field.h"
-#include "tools/program/body_files.h"
+#include "t4d/verbs/body_files.h"
+#include "t4d/verbs/envelope.h"
 #include "tools/program/centering.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
-#include "tools/program/envelope_fields.h"
+#include "tools/program/console_observer.h"
 #include "tools/program/envelope_page.h"
 #include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/part_option.h"
-#include "tools/program/progress_bar.h"
 #include "tools/program/time_window.h"
 #include "tools/program/version.h"
 
 namespace t4d::tools {
 namespace {
 
-using edit::Envelope;
-using measure::Silhouette;
 using nlohmann::ordered_json;
+using verbs::Passage;
 
 struct EnvelopeArguments {
   std::string input;
   InputOptions only;
   TimeWindow window;
-  bool each = false;
-  std::string output;
-  std::optional<double> voxelSize;
-  double maxMemoryGiB = 4;
-  bool exact = false;
-  bool outside = false;
-  std::optional<double> inflate;          // with it, outside is set
-  std::optional<std::uint64_t> simplify;  // with it, outside is set
-  EnvelopeFields fields;
+  verbs::EnvelopeOptions envelope;
   PartOption part;
   std::string html;
-  bool center = false;
   bool json = false;
 };
 
-/// The most triangles of a silhouette for which --exact is named: a thousand may take minutes.
-constexpr std::size_t kFewTriangles = 500;
-
-/// What one or several bodies pass through.
-struct Passed {
-  std::string name;
-  Silhouette silhouette;
-  std::optional<double> chordBound = {};  // nothing if that is not known of a body
-  Envelope envelope = {};
-  std::string file = {};  // "" if none is written
+struct FieldOption {
+  const char* option;
+  std::string verbs::VisitFieldFiles::*file;
+  const char* help;
 };
-
-/// Puts the part of a body within the span into a sink.
-Result<void> putPart(const model::Body& body, const TimeWindow& window, const model::TimeSpan& span,
-                     model::Sink& sink, const model::Progress& progress) {
-  if (window.isWhole()) return model::pump(*body.source, sink, progress);
-  const auto clip = edit::clipTime(*body.source, span, sink, progress);
-  if (!clip) return clip.error();
-  return {};
-}
-
-Result<std::vector<Passed>> silhouettesOf(const EnvelopeArguments& options,
-                                          const verbs::Input& input, const model::TimeSpan& span) {
-  // Bounds of chords are read off the same slabs again; those are of the surface.
-  const bool withChords = !options.part.isAsked();
-  ProgressBar bar("finding the silhouette", (withChords ? 2 : 1) * verbs::slabCountOf(input.bodies),
-                  "slabs");
-  std::vector<Passed> all;
-  for (const model::Body& body : input.bodies) {
-    const auto inBody = [&](Error error) {
-      error.where = fmt::format("{}: body '{}'{}{}", input.name, body.name,
-                                error.where.empty() ? "" : ", ", error.where);
-      return error;
-    };
-    measure::SilhouetteBuilder builder;
-    if (auto put = putPart(body, options.window, span, builder, bar.part(body.source->slabCount()));
-        !put) {
-      return inBody(put.error());
-    }
-    auto silhouette = builder.finish();
-    if (!silhouette) return inBody(silhouette.error());
-    std::optional<double> bound;
-    if (withChords) {
-      const auto chords = measure::chordBound(*body.source, span, motionOf(input, body.name),
-                                              bar.part(body.source->slabCount()));
-      if (!chords) return inBody(chords.error());
-      if (*chords) bound = (*chords)->bound;
-    }
-    if (options.each || all.empty()) {
-      all.push_back({body.name, std::move(*silhouette), bound});
-    } else {
-      edit::add(all[0].silhouette, *silhouette);
-      all[0].chordBound =
-          all[0].chordBound && bound ? std::max(all[0].chordBound, bound) : std::nullopt;
-      all[0].name = "envelope";
-    }
-  }
-  return all;
-}
-
-/// Chooses the file of each body, if each has its own.
-Result<void> chooseFiles(const EnvelopeArguments& options, std::vector<Passed>& all) {
-  if (!isPerBody(options.output)) {
-    for (Passed& one : all) one.file = options.output;
-    return {};
-  }
-  std::vector<std::string> names;
-  for (const Passed& one : all) names.push_back(one.name);
-  const auto files = bodyFiles(options.output, names);
-  if (!files) return files.error();
-  std::vector<std::string> outputs = {options.html};
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    all[i].file = (*files)[i].string();
-    outputs.push_back(all[i].file);
-  }
-  if (auto misuse = misuseOfOutputs(outputs)) return fail(ErrorCode::Failed, *misuse);
-  return checkWritable(outputs);
-}
-
-bool isSinglePrecision(const std::string& output) {
-  const auto* format = formats::triangleMeshFormat(output);
-  return format != nullptr && (format->placed || format->extension == ".stl");
-}
-
-model::Bounds3 boundsOf(const std::vector<Passed>& all) {
-  model::Bounds3 bounds;
-  for (const Passed& one : all) bounds.add(model::boundsOf(one.silhouette.surface));
-  return bounds;
-}
-
-Result<std::vector<std::string>> write(const EnvelopeArguments& options,
-                                       const std::vector<Passed>& all, const model::Point3& center,
-                                       const formats::Metadata& metadata) {
-  std::vector<formats::NamedMesh> meshes;
-  for (const Passed& one : all) meshes.push_back({one.name, one.envelope.mesh});
-  formats::MeshWriteOptions how;
-  how.origin = verbs::originOf(metadata);
-  how.center = center;
-  if (formats::triangleMeshFormat(options.output)->placed) {
-    std::vector<std::string> notices;
-    how.placement = verbs::placementOf(metadata, notices);
-    printNotices(notices);
-  }
-  const ProgressBar bar("writing " + options.output);
-  if (!isPerBody(options.output)) return formats::writeTriangleMeshes(options.output, meshes, how);
-  std::vector<std::filesystem::path> files;
-  for (const Passed& one : all) files.emplace_back(one.file);
-  return formats::writeEachTriangleMesh(files, meshes, how);
-}
-
-/// What is the same in all parts of the fields of a run, by name.
-std::map<std::string, std::string> runOf(const verbs::Input& input, const model::TimeSpan& span) {
-  std::map<std::string, std::string> run = {{"version of t4d", std::string(versionText())},
-                                            {"first time", fmt::format("{}", span.begin)},
-                                            {"last time", fmt::format("{}", span.end)}};
-  const ordered_json identity = identityOf(input);
-  for (const auto& [name, number] : identity.items()) run["input's " + name] = number.dump();
-  auto names = ordered_json::array();
-  for (const model::Body& body : input.bodies) names.push_back(body.name);
-  run["list of bodies"] = names.dump();
-  return run;
-}
-
-/// Writes the fields that are asked for, or the part of them.
-Result<std::vector<WrittenField>> writeFields(const EnvelopeArguments& options,
-                                              const verbs::Input& input,
-                                              const model::TimeSpan& span,
-                                              measure::SpaceLattice lattice) {
-  FieldWork work = {.lattice = std::move(lattice), .part = options.part.chosen()};
-  if (options.part.isGiven()) work.run = runOf(input, span);
-  work.put = [&](model::Sink& fields) -> Result<void> {
-    ProgressBar bar("counting visits", verbs::slabCountOf(input.bodies), "slabs");
-    for (const model::Body& body : input.bodies) {
-      auto put = putPart(body, options.window, span, fields, bar.part(body.source->slabCount()));
-      if (!put) return put;
-    }
-    return {};
-  };
-  return writeFields(options.fields, work);
-}
+constexpr std::array<FieldOption, 4> kFieldOptions = {{
+    {"--visits", &verbs::VisitFieldFiles::visits, "number of visits of each point, as int32"},
+    {"--dwell", &verbs::VisitFieldFiles::dwell, "how long each point is covered"},
+    {"--first", &verbs::VisitFieldFiles::first, "when each point is first covered"},
+    {"--last", &verbs::VisitFieldFiles::last, "when each point is last covered"},
+}};
 
 std::vector<std::string> outputsOf(const EnvelopeArguments& options) {
   std::vector<std::string> outputs = {options.html};
-  if (!isPerBody(options.output)) outputs.push_back(options.output);
-  outputs.insert(outputs.end(), options.fields.files.begin(), options.fields.files.end());
+  if (!verbs::isPerBody(options.envelope.output)) outputs.push_back(options.envelope.output);
+  for (const FieldOption& field : kFieldOptions) {
+    outputs.push_back(options.envelope.fields.*field.file);
+  }
   std::erase(outputs, "");
   return outputs;
 }
@@ -209,12 +62,13 @@ std::vector<std::string> outputsOf(const EnvelopeArguments& options) {
 /// Why a part of the fields cannot be made with the options.
 std::optional<std::string> misuseOfPart(const EnvelopeArguments& options) {
   if (!options.part.isAsked()) return std::nullopt;
-  if (!options.output.empty() || !options.html.empty() || options.each || options.exact ||
-      options.outside || options.center) {
+  const verbs::EnvelopeOptions& how = options.envelope;
+  if (!how.output.empty() || !options.html.empty() || how.each || how.exact || how.contains() ||
+      how.center) {
     return "--part divides the fields alone, without -o, --html, --each, --exact, --outside, "
            "--inflate, --simplify and --center: the surface is that of the whole motion";
   }
-  if (options.part.isGiven() && !options.fields.any()) {
+  if (options.part.isGiven() && !how.fields.any()) {
     return "--part divides the fields: give --visits, --dwell, --first or --last";
   }
   return std::nullopt;
@@ -222,19 +76,20 @@ std::optional<std::string> misuseOfPart(const EnvelopeArguments& options) {
 
 /// Why the options cannot be.
 std::optional<std::string> misuseOf(const EnvelopeArguments& options) {
+  const verbs::EnvelopeOptions& how = options.envelope;
   const std::vector<std::string> outputs = outputsOf(options);
   for (const std::string& output : outputs) {
     if (auto misuse = misuseOfOutput(output, {&options.input, 1})) return misuse;
   }
   if (auto misuse = misuseOfOutputs(outputs)) return misuse;
-  if (isPerBody(options.output) && !options.each) {
+  if (verbs::isPerBody(how.output) && !how.each) {
     return "-o: a file per body, by {body}, needs --each";
   }
-  if (auto misuse = misuseOfPerBody(options.output)) return misuse;
-  if (options.each && options.fields.any()) {
+  if (auto misuse = verbs::misuseOfPerBody(how.output)) return misuse;
+  if (how.each && how.fields.any()) {
     return "--each: fields are of all bodies together; choose one by --body";
   }
-  if (options.outside && options.exact) {
+  if (how.contains() && how.exact) {
     return "--outside, --inflate or --simplify: an envelope that contains the motion for certain "
            "is "
            "made on a lattice, not with --exact";
@@ -243,86 +98,54 @@ std::optional<std::string> misuseOf(const EnvelopeArguments& options) {
   return options.window.misuse();
 }
 
-/// No place of an envelope made with --outside, and no point of the surface of one made with
-/// --simplify, is farther than this from the motion; null where the motion is not known.
-std::optional<double> outsideBy(const Passed& one) {
-  if (!one.chordBound) return std::nullopt;
-  return one.envelope.errorBound + *one.chordBound;
+/// Checks the files of the bodies, whose names are not known before.
+Result<void> checkBodyFiles(const EnvelopeArguments& options, const verbs::Passages& passages) {
+  if (!verbs::isPerBody(options.envelope.output)) return {};
+  std::vector<std::string> names;
+  for (const Passage& one : passages.all) names.push_back(one.name);
+  const auto files = verbs::bodyFiles(options.envelope.output, names);
+  if (!files) return files.error();
+  std::vector<std::string> outputs = {options.html};
+  for (const auto& file : *files) outputs.push_back(file.string());
+  if (auto misuse = misuseOfOutputs(outputs)) return fail(ErrorCode::Failed, *misuse);
+  return checkWritable(outputs);
+}
+
+/// The error with the options that may help.
+Error withOptions(Error error) {
+  switch (error.remedy) {
+    case Remedy::VoxelSizeOrExact:
+      error.message += "; --exact or --outside needs no voxels as small";
+      break;
+    case Remedy::VoxelSizeOrOutside:
+      error.message += "; --outside needs no voxels as small";
+      break;
+    case Remedy::VoxelSizeOrParts:
+      error.message += " (--part)";
+      break;
+    case Remedy::NotExact:
+      error.message += "; leave out --exact to find it on a lattice";
+      break;
+    case Remedy::Center:
+      error.message += "; or write them about the middle, with --center";
+      break;
+    default:
+      break;
+  }
+  return error;
 }
 
 /// What else finds a thin solid, or takes less time.
-std::string otherWays(const EnvelopeArguments& options, const Silhouette& silhouette) {
-  const bool few = silhouette.surface.triangles.size() <= kFewTriangles;
-  std::string ways;
-  if (!options.exact && !options.outside && few) ways = "--exact";
-  if (!options.outside) ways += std::string(ways.empty() ? "" : " or ") + "--outside";
-  return ways;
+std::string otherWays(const verbs::EnvelopeOptions& how, const Passage& one) {
+  if (how.contains()) return {};
+  return !how.exact && one.hasFewTriangles() ? "--exact or --outside" : "--outside";
 }
 
-ordered_json jsonOf(const EnvelopeArguments& options, const std::vector<Passed>& all) {
-  std::size_t vertices = 0;
-  std::size_t triangles = 0;
-  std::size_t silhouette = 0;
-  std::uint64_t components = 0;
-  std::uint64_t cavities = 0;
-  double genus = 0;
-  double volume = 0;
-  double visitsVolume = 0;
-  double hypervolume = 0;
-  double byFlux = 0;
-  double voxelSize = 0;
-  double errorBound = 0;
-  bool closed = true;
-  std::optional<std::uint64_t> crossings = 0;
-  std::optional<double> chords = 0;
-  std::optional<double> outside = 0;
-  for (const Passed& one : all) {
-    const Silhouette& passed = one.silhouette;
-    const Envelope& envelope = one.envelope;
-    vertices += envelope.mesh.vertices.size();
-    triangles += envelope.mesh.triangles.size();
-    silhouette += passed.surface.triangles.size();
-    closed = closed && model::isClosed(envelope.mesh);
-    components += envelope.components;
-    cavities += envelope.cavities;
-    genus += envelope.genus;
-    volume += envelope.volume;
-    visitsVolume += passed.visitsVolume;
-    hypervolume += passed.hypervolume;
-    byFlux += passed.hypervolumeByFlux;
-    voxelSize = std::max(voxelSize, envelope.voxelSize);
-    errorBound = std::max(errorBound, envelope.errorBound);
-    if (!envelope.selfIntersections) crossings.reset();
-    chords = chords && one.chordBound ? std::max(chords, one.chordBound) : std::nullopt;
-    outside = outside && outsideBy(one) ? std::max(outside, outsideBy(one)) : std::nullopt;
-  }
-  if (!options.outside) outside.reset();
-  return {{"vertices", vertices},
-          {"triangles", triangles},
-          {"closed", closed},
-          {"self_intersections", verbs::orNull(crossings)},
-          {"components", components},
-          {"cavities", cavities},
-          {"genus", std::llround(genus)},
-          {"volume", volume},
-          {"visits_volume", visitsVolume},
-          {"hypervolume", hypervolume},
-          {"hypervolume_by_flux", byFlux},
-          {"voxel_size", voxelSize > 0 ? ordered_json(voxelSize) : ordered_json()},
-          {"error_bound", errorBound},
-          {"chord_bound", verbs::orNull(chords)},
-          {"outside", options.outside},
-          {"inflate", verbs::orNull(options.inflate)},
-          {"simplify", verbs::orNull(options.simplify)},
-          {"outside_by", verbs::orNull(outside)},
-          {"silhouette_triangles", silhouette}};
-}
-
-void printText(const EnvelopeArguments& options, const std::vector<Passed>& all) {
-  for (const Passed& one : all) {
-    const Envelope& envelope = one.envelope;
+void printPassages(const verbs::EnvelopeOptions& how, const std::vector<Passage>& all) {
+  for (const Passage& one : all) {
+    const edit::Envelope& envelope = one.envelope;
     const bool several = all.size() > 1;
-    const bool perBody = isPerBody(options.output);
+    const bool perBody = verbs::isPerBody(how.output);
     print("{}{}{}, {}, {}; volume {:.12g}\n",
           one.file.empty() || (several && !perBody) ? "" : one.file + ": ",
           several && !perBody ? one.name + ": " : "",
@@ -332,24 +155,24 @@ void printText(const EnvelopeArguments& options, const std::vector<Passed>& all)
     print("  {}{}, genus {:g}\n", counted(envelope.components, "component"),
           envelope.cavities > 0 ? ", " + counted(envelope.cavities, "cavity", "cavities") : "",
           envelope.genus);
-    if (options.simplify) {
+    if (how.simplify) {
       print("  simplified to {}; asked for at most {}\n",
-            counted(envelope.mesh.triangles.size(), "triangle"), *options.simplify);
+            counted(envelope.mesh.triangles.size(), "triangle"), *how.simplify);
     }
-    const char* chosen = options.voxelSize ? "" : " (by the size of the solid)";
-    if (options.outside && envelope.voxelSize > 0) {
-      const auto by = outsideBy(one);
+    const char* chosen = how.voxelSize ? "" : " (by the size of the solid)";
+    if (how.contains() && envelope.voxelSize > 0) {
+      const auto by = one.outsideBy();
       print(
           "  voxel size {:g}{}; contains {}the {} for certain, and {} farther than {:.3g} "
           "from it\n",
           envelope.voxelSize, chosen,
-          options.inflate ? fmt::format("what is within {:g} of ", *options.inflate) : "",
-          by ? "motion" : "mesh", options.simplify ? "no point of the surface" : "nothing",
+          how.inflate ? fmt::format("what is within {:g} of ", *how.inflate) : "",
+          by ? "motion" : "mesh", how.simplify ? "no point of the surface" : "nothing",
           by.value_or(envelope.errorBound));
     } else if (envelope.voxelSize > 0) {
       print("  voxel size {:g}{}; right farther than {:.3g} from the boundary\n",
             envelope.voxelSize, chosen, envelope.errorBound);
-    } else if (options.exact) {
+    } else if (how.exact) {
       print(
           "  exact, but for rounding and what touches: right farther than {:.3g} from the "
           "boundary\n",
@@ -366,10 +189,10 @@ void printText(const EnvelopeArguments& options, const std::vector<Passed>& all)
 }
 
 /// The page: the envelope, and the solids at some times.
-Result<void> writePage(const EnvelopeArguments& options, const std::vector<Passed>& all,
-                       const verbs::Input& input, const model::TimeSpan& span) {
+Result<void> writePage(const std::string& path, const verbs::EnvelopeReport& report) {
+  const verbs::Input& input = report.passages.input;
   const ProgressBar bar("drawing");
-  auto file = formats::OutputFile::create(options.html);
+  auto file = formats::OutputFile::create(path);
   if (!file) return file.error();
   const formats::Metadata& metadata = input.metadata;
   EnvelopeReport page;
@@ -383,10 +206,10 @@ Result<void> writePage(const EnvelopeArguments& options, const std::vector<Passe
     }
   };
   model::TriangleMesh envelope;
-  for (const Passed& one : all) append(envelope, one.envelope.mesh);
+  for (const Passage& one : report.passages.all) append(envelope, one.envelope.mesh);
   page.solids.emplace_back("envelope", std::move(envelope));
   constexpr std::uint64_t kTimes = 3;
-  for (const double time : model::evenTimes(span, kTimes)) {
+  for (const double time : model::evenTimes(report.passages.span, kTimes)) {
     model::TriangleMesh solid;
     for (const model::Body& body : input.bodies) {
       if (!model::timeWithin(*body.source, time)) continue;
@@ -396,8 +219,9 @@ Result<void> writePage(const EnvelopeArguments& options, const std::vector<Passe
     }
     page.solids.emplace_back(fmt::format("t = {:.6g}", time), std::move(solid));
   }
-  const ordered_json numbers = jsonOf(options, all);
+  const auto numbers = ordered_json::parse(jsonOf(report, peakBytes()));
   for (const auto& [name, value] : numbers.items()) {
+    if (name == "bodies") break;
     std::string title = name;
     std::ranges::replace(title, '_', ' ');
     page.numbers.emplace_back(title, value.dump());
@@ -407,202 +231,85 @@ Result<void> writePage(const EnvelopeArguments& options, const std::vector<Passe
   return file->commit();
 }
 
-void warnOfHypervolume(const Silhouette& silhouette, const model::TimeSpan& span) {
-  const double error = std::abs(silhouette.hypervolume - silhouette.hypervolumeByFlux);
-  // Coordinates are rounded, however small the solid is.
-  constexpr double kMost = 1e-9;
-  constexpr double kRounding = 1e-14;
-  const double most = kMost * std::abs(silhouette.hypervolumeByFlux) +
-                      kRounding * silhouette.visitsVolume * (span.end - span.begin);
-  if (error <= most) return;
-  printNotices(
-      {fmt::format("the hypervolume is {} as the integral of dwell, but {} as a flux; "
-                   "t4d validate --deep may say why",
-                   silhouette.hypervolume, silhouette.hypervolumeByFlux)});
-}
-
-/// Adds to a report the fields and what every report has.
-void addFields(ordered_json& report, const std::vector<WrittenField>& fields,
-               const model::TimeSpan& span, double seconds) {
-  report["fields"] = ordered_json::array();
-  for (const auto& [name, file, bytes] : fields) {
-    report["fields"].push_back({{"name", name}, {"file", file}, {"bytes", bytes}});
-  }
-  report["time_begin"] = span.begin;
-  report["time_end"] = span.end;
-  report["seconds"] = seconds;
-  report["peak_bytes"] = peakBytes();
-}
-
-void printFields(const std::vector<WrittenField>& fields, double seconds) {
-  for (const auto& [name, file, bytes] : fields) {
+void printFields(const verbs::EnvelopeReport& report) {
+  for (const auto& [name, file, bytes] : report.fields) {
     print("  {}: {}, {}\n", file, name, sizeText(bytes));
   }
-  print("  {:.2f} s, peak memory {}\n", seconds, sizeText(peakBytes()));
+  print("  {:.2f} s, peak memory {}\n", report.seconds, sizeText(peakBytes()));
 }
 
-/// The report on a part of the fields: what is of the surface is null.
-ordered_json jsonOfPart(const EnvelopeArguments& options, const Passed& passed, double voxelSize) {
-  ordered_json value = jsonOf(options, {passed});
-  for (const char* name : {"vertices", "triangles", "closed", "self_intersections", "components",
-                           "cavities", "genus", "volume", "error_bound"}) {
-    value[name] = nullptr;
-  }
-  value["voxel_size"] = voxelSize;
-  value["bodies"] = ordered_json::array();
-  return value;
+void printPart(const verbs::EnvelopeReport& report, const verbs::EnvelopeOptions& how) {
+  print("part {} of {} of the fields; voxel size {:g}{}\n", report.part->number, report.part->count,
+        report.fieldVoxelSize, how.voxelSize ? "" : " (by the size of the solid)");
 }
 
-using Clock = std::chrono::steady_clock;
-
-double secondsSince(Clock::time_point begin) {
-  return std::chrono::duration<double>(Clock::now() - begin).count();
-}
-
-void printPart(const EnvelopeArguments& options, double voxelSize) {
-  const model::Part part = options.part.chosen();
-  print("part {} of {} of the fields; voxel size {:g}{}\n", part.number, part.count, voxelSize,
-        options.voxelSize ? "" : " (by the size of the solid)");
-}
-
-/// The lattice of the fields, the same as that of the envelope.
-Result<measure::SpaceLattice> fieldLattice(const EnvelopeArguments& options,
-                                           const std::vector<Passed>& all,
-                                           const edit::EnvelopeOptions& how) {
-  const double voxelSize =
-      options.voxelSize.value_or(edit::defaultVoxelSize(all.front().silhouette, how));
-  return measure::SpaceLattice::about(boundsOf(all), voxelSize);
-}
-
-/// Makes a part of the fields, without the surface.
-int makePart(const EnvelopeArguments& options, const verbs::Input& input,
-             const model::TimeSpan& span, const std::vector<Passed>& all, Clock::time_point begin) {
-  if (boundsOf(all).empty()) {
-    return report(invalid("passes through nothing, so there are no fields", input.name));
-  }
-  auto lattice = fieldLattice(options, all, {.maxBytes = options.maxMemoryGiB * 0x1p30});
-  if (!lattice) return report(inInput(lattice.error(), input));
-  const std::uint64_t most = voxel4d::mostFieldParts(lattice->at[0].size());
-  if (const auto done = options.part.settle(most, "blocks of 8 planes along x")) return *done;
-  const auto fits = checkFieldMemory(*lattice, options.part.chosen(), options.maxMemoryGiB);
-  if (!fits) return report(inInput(fits.error(), input));
-  const double voxelSize = lattice->spacing;
-  warnOfHypervolume(all.front().silhouette, span);
-  const auto fields = writeFields(options, input, span, std::move(*lattice));
-  if (!fields) return report(inInput(fields.error(), input));
+void printReport(const verbs::EnvelopeReport& made, const EnvelopeArguments& options) {
   if (options.json) {
-    ordered_json value = jsonOfPart(options, all.front(), voxelSize);
-    addFields(value, *fields, span, secondsSince(begin));
-    value["part"] = options.part.json(identityOf(input));
+    auto value = ordered_json::parse(jsonOf(made, peakBytes()));
+    if (made.part) value["part"] = options.part.json(identityOf(made.passages.input));
     printJson(value);
-  } else {
-    printPart(options, voxelSize);
-    printFields(*fields, secondsSince(begin));
+    return;
   }
-  return kDone;
+  if (made.part) {
+    printPart(made, options.envelope);
+  } else {
+    printPassages(options.envelope, made.passages.all);
+  }
+  printFields(made);
 }
 
-int run(const EnvelopeArguments& options) {
+/// What was lost, with the options that may help.
+std::vector<std::string> lossesOf(verbs::EnvelopeReport made, const verbs::EnvelopeOptions& how) {
+  for (Passage& one : made.passages.all) {
+    std::vector<std::string>& own = one.envelope.losses;
+    const std::string ways = otherWays(how, one);
+    if (!own.empty() && !ways.empty()) own.back() += fmt::format("; {} finds what is thin", ways);
+  }
+  return made.losses();
+}
+
+void warnOfHypervolume(const verbs::Passages& passages) {
+  for (const Passage& one : passages.all) {
+    if (const auto doubt = verbs::doubtOfHypervolume(one, passages.span)) {
+      printNotices({*doubt + "; t4d validate --deep may say why"});
+    }
+  }
+}
+
+int run(EnvelopeArguments& options) {
   if (const auto misuse = misuseOf(options)) return wrongUsage(*misuse);
   if (auto writable = checkWritable(outputsOf(options)); !writable) {
     return report(writable.error());
   }
+  using Clock = std::chrono::steady_clock;
   const auto begin = Clock::now();
-  auto input = verbs::openInput(options.input, options.only);
+  const auto input = verbs::openInput(options.input, options.only);
   if (!input) return report(input.error());
-  const auto span = options.window.spanIn(*input);
-  if (!span) return report(span.error());
-  std::vector<std::string> notices;
-  keepThoseWithin(*span, *input, notices);
-  printNotices(notices);
-  auto all = silhouettesOf(options, *input, *span);
-  if (!all) return report(all.error());
-  if (options.part.isAsked()) return makePart(options, *input, *span, *all, begin);
-  if (auto chosen = chooseFiles(options, *all); !chosen) return report(chosen.error());
-
-  const model::Bounds3 bounds = boundsOf(*all);
-  const model::Point3 center =
-      options.center ? verbs::roundCenterOf(bounds) : model::Point3(model::Point3::Zero());
-  edit::EnvelopeOptions how{.voxelSize = options.voxelSize.value_or(0),
-                            .maxBytes = options.maxMemoryGiB * 0x1p30,
-                            .exact = options.exact};
-  if (isSinglePrecision(options.output)) how.singlePrecisionAbout = center;
-  std::vector<std::string> losses;
-  std::optional<measure::SpaceLattice> lattice;
-  if (options.fields.any() && !bounds.empty()) {
-    auto made = fieldLattice(options, *all, how);
-    if (!made) return report(inInput(made.error(), *input));
-    const auto fits = checkFieldMemory(*made, {}, options.maxMemoryGiB);
-    if (!fits) return report(inInput(fits.error(), *input));
-    lattice = std::move(*made);
+  verbs::EnvelopeOptions& how = options.envelope;
+  how.window = options.window;
+  how.generator = versionText();
+  if (options.part.isAsked()) how.part = options.part.chosen();
+  ConsoleObserver observer;
+  auto passages = verbs::passagesOf(*input, how, observer);
+  if (!passages) return report(passages.error());
+  if (how.part) {
+    const auto most = verbs::mostFieldParts(*passages, how);
+    if (!most) return report(most.error());
+    if (const auto done = options.part.settle(*most, "blocks of 8 planes along x")) return *done;
+  } else if (auto good = checkBodyFiles(options, *passages); !good) {
+    return report(good.error());
   }
-  for (Passed& one : *all) {
-    ProgressBar bar("making the envelope of " + one.name);
-    if (options.outside) how.reach = one.chordBound.value_or(0) + options.inflate.value_or(0);
-    auto envelope = options.simplify ? edit::collisionMeshOf(one.silhouette, how, *options.simplify,
-                                                             bar.callback())
-                                     : edit::envelopeOf(one.silhouette, how, bar.callback());
-    if (!envelope) {
-      Error error = envelope.error();
-      const std::string ways = otherWays(options, one.silhouette);
-      if (error.remedy == Remedy::VoxelSize && !ways.empty()) {
-        error.message += fmt::format("; {} needs no voxels as small", ways);
-      }
-      if (options.exact && error.remedy == Remedy::None) {
-        error.message += "; leave out --exact to find it on a lattice";
-      } else if (how.singlePrecisionAbout && !options.center && error.remedy == Remedy::None) {
-        error.message += "; or write them about the middle, with --center";
-      }
-      return report(inInput(std::move(error), *input));
-    }
-    one.envelope = std::move(*envelope);
-    std::vector<std::string> own = one.envelope.losses;
-    if (!own.empty() && !otherWays(options, one.silhouette).empty()) {
-      own.back() += fmt::format("; {} finds what is thin", otherWays(options, one.silhouette));
-    }
-    if (options.outside && !one.chordBound) {
-      own.emplace_back(
-          "it is certain for the mesh as it is, straight between its layers: how far "
-          "that is from the motion is not known");
-    }
-    for (const std::string& loss : own) {
-      losses.push_back(all->size() > 1 ? fmt::format("{}: {}", one.name, loss) : loss);
-    }
-    warnOfHypervolume(one.silhouette, *span);
-  }
-  if (!options.output.empty()) {
-    auto written = write(options, *all, center, input->metadata);
-    if (!written) return report(written.error());
-    losses.insert(losses.end(), written->begin(), written->end());
-  }
-  std::vector<WrittenField> fields;
-  if (lattice) {
-    auto written = writeFields(options, *input, *span, std::move(*lattice));
-    if (!written) return report(inInput(written.error(), *input));
-    fields = std::move(*written);
-  }
+  warnOfHypervolume(*passages);
+  auto made = verbs::envelope(std::move(*passages), how, observer);
+  if (!made) return report(withOptions(made.error()));
   if (!options.html.empty()) {
-    if (auto written = writePage(options, *all, *input, *span); !written) {
+    if (auto written = writePage(options.html, *made); !written) {
       return report(inInput(written.error(), *input));
     }
   }
-  const double seconds = secondsSince(begin);
-  if (options.json) {
-    ordered_json value = jsonOf(options, *all);
-    value["bodies"] = ordered_json::array();
-    for (const Passed& one : *all) {
-      ordered_json body = {{"name", one.name},
-                           {"file", one.file.empty() ? ordered_json() : ordered_json(one.file)}};
-      body.update(jsonOf(options, {one}));
-      value["bodies"].push_back(std::move(body));
-    }
-    addFields(value, fields, *span, seconds);
-    printJson(value);
-  } else {
-    printText(options, *all);
-    printFields(fields, seconds);
-  }
-  return reportLosses(losses, options.center);
+  made->seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  printReport(*made, options);
+  return reportLosses(lossesOf(std::move(*made), how), how.center);
 }
 
 }  // namespace
@@ -613,36 +320,42 @@ void addEnvelope(CLI::App& app, int& exitCode) {
   auto options = std::make_shared<EnvelopeArguments>();
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
   command
-      ->add_option("-o,--output", options->output,
+      ->add_option("-o,--output", options->envelope.output,
                    fmt::format("Output file: {} (default: none, only measure); with --each, one "
                                "per body if {{body}} is in its name",
                                formats::writableTriangleMeshExtensions()))
       ->check(someName())
       ->check(writableTriangleMesh());
   command
-      ->add_option("--voxel-size", options->voxelSize,
+      ->add_option("--voxel-size", options->envelope.voxelSize,
                    "Lattice spacing, in length units (default: from the size of the solid)")
       ->check(numberAboveZero());
   command
-      ->add_flag("--exact", options->exact,
+      ->add_flag("--exact", options->envelope.exact,
                  "Cut the silhouette's triangles exactly instead; suits a few hundred")
       ->excludes("--voxel-size");
   command
-      ->add_option("--inflate", options->inflate,
+      ->add_option("--inflate", options->envelope.inflate,
                    "As --outside, with everything within this distance of the motion")
       ->check(numberFromZero());
   command
-      ->add_option("--simplify", options->simplify,
+      ->add_option("--simplify", options->envelope.simplify,
                    "As --outside, with at most this many triangles, for collision checks")
       ->check(CLI::Range(std::uint64_t{4}, std::uint64_t{1'000'000'000}));
-  command->add_flag("--outside", options->outside,
+  command->add_flag("--outside", options->envelope.outside,
                     "Make a slightly larger envelope that contains the whole motion");
-  options->fields.addTo(*command);
+  for (const FieldOption& field : kFieldOptions) {
+    command
+        ->add_option(field.option, options->envelope.fields.*field.file,
+                     fmt::format("Output file (.vdb): {}", field.help))
+        ->type_name("FILE")
+        ->check(vdbFile());
+  }
   options->window.addTo(*command);
   options->only.addTo(*command);
-  command->add_flag("--each", options->each,
+  command->add_flag("--each", options->envelope.each,
                     "Make one envelope per body (default: one of all bodies)");
-  command->add_option("--max-memory", options->maxMemoryGiB, "Maximum memory, in GiB")
+  command->add_option("--max-memory", options->envelope.maxMemoryGiB, "Maximum memory, in GiB")
       ->check(numberAboveZero())
       ->capture_default_str();
   command
@@ -650,17 +363,14 @@ void addEnvelope(CLI::App& app, int& exitCode) {
                    "Write a page with pictures of the envelope and of the solid")
       ->type_name("FILE")
       ->check(someName());
-  addCenterOption(*command, options->center);
+  addCenterOption(*command, options->envelope.center);
   options->part.addTo(
       *command,
       "Make only part K of N of the fields (--visits and so on), divided along x; `t4d join` joins "
       "the files");
   command->add_flag("--json", options->json, "Print JSON");
   command->footer("Example:\n  t4d envelope bolt.t4d -o clearance.glb");
-  command->callback([=, &exitCode] {
-    options->outside = options->outside || options->inflate || options->simplify;
-    exitCode = run(*options);
-  });
+  command->callback([=, &exitCode] { exitCode = run(*options); });
 }
 
 }  // namespace t4d::tools

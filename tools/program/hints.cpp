@@ -154,6 +154,9 @@ std::string hintFor(const Error& error) {
     case Remedy::StepRule:
       return "try: --steps N, the number of steps of each segment";
     case Remedy::VoxelSize:
+    case Remedy::VoxelSizeOrParts:
+    case Remedy::VoxelSizeOrOutside:
+    case Remedy::VoxelSizeOrExact:
       return "try: another --voxel-size";
     case Remedy::MoreCells:
       return "try: --max-cells N, if the file is worth the work";
@@ -167,6 +170,8 @@ std::string hintFor(const Error& error) {
              "--time-unit "
              "NAME, or --rotate 1 0 0 90 --up AXIS, to convert one of them; or --ignore-units, to "
              "take the numbers as they are";
+    case Remedy::NotExact:
+    case Remedy::Center:
     case Remedy::Motion:
     case Remedy::None:
       break;

@@ -73,19 +73,6 @@ ordered_json PartOption::json(ordered_json input, ordered_json state) const {
   return part;
 }
 
-ordered_json identityOf(const verbs::Input& input, std::uint64_t times) {
-  std::uint64_t cells = 0;
-  for (std::size_t i = 0; i < input.reader->bodyCount(); ++i) {
-    cells += input.reader->summary(i).tetrahedra;
-  }
-  ordered_json identity = {{"bytes", input.reader->fileBytes()},
-                           {"slabs", verbs::slabCountOf(input.bodies)},
-                           {"tetrahedra", cells},
-                           {"fingerprint", fmt::format("{:08x}", input.reader->fingerprint())}};
-  if (times > 0) identity["times"] = times;
-  return identity;
-}
-
 void addNoPartOption(CLI::App& command, const std::string& why) {
   const auto refuse = [why](const std::string&) { throw CLI::ValidationError("--part", why); };
   command.add_option_function<std::string>("--part", refuse, why)->group("");

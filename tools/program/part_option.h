@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/model/part.h"
-#include "t4d/verbs/input.h"
+#include "t4d/verbs/input_identity.h"
 
 namespace t4d::tools {
 
@@ -41,9 +41,6 @@ class PartOption {
   std::optional<model::Part> part_;
   bool most_ = false;
 };
-
-/// What is the same in all parts of a run that reads these meshes, at so many times if any.
-nlohmann::ordered_json identityOf(const verbs::Input& input, std::uint64_t times = 0);
 
 /// A part's share of a list.
 template <class T>

@@ -1,39 +1,38 @@
-#include "tools/program/envelope_fields.h"
+#include "t4d/verbs/visit_field_files.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
 
 #include "t4d/voxel4d/point_field.h"
-#include "tools/program/option_checks.h"
-#include "tools/program/progress_bar.h"
 
-namespace t4d::tools {
+namespace t4d::verbs {
 namespace {
 
 using measure::SpaceLattice;
 using measure::VisitFields;
 
-/// A field, its option and its values.
-struct FieldKind {
+/// A field, its file and its values.
+struct VisitFieldKind {
   const char* name;
-  const char* help;
+  std::string VisitFieldFiles::*file;
   double (*valueAt)(const VisitFields& fields, std::size_t row);
   bool whole;
 };
-constexpr std::array<FieldKind, 4> kFields = {{
-    {"visits", "number of visits of each point, as int32",
+constexpr std::array<VisitFieldKind, 4> kVisitFields = {{
+    {"visits", &VisitFieldFiles::visits,
      [](const VisitFields& f, std::size_t row) { return double(f.visits[row]); }, true},
-    {"dwell", "how long each point is covered",
+    {"dwell", &VisitFieldFiles::dwell,
      [](const VisitFields& f, std::size_t row) { return f.dwell[row]; }, false},
-    {"first", "when each point is first covered",
+    {"first", &VisitFieldFiles::first,
      [](const VisitFields& f, std::size_t row) { return f.first[row]; }, false},
-    {"last", "when each point is last covered",
+    {"last", &VisitFieldFiles::last,
      [](const VisitFields& f, std::size_t row) { return f.last[row]; }, false},
 }};
 
-SpaceLattice shareOf(const SpaceLattice& whole, const model::Part& part) {
+SpaceLattice latticeOfPart(const SpaceLattice& whole, const model::Part& part) {
   SpaceLattice share = whole;
   const std::vector<double>& planes = whole.at[0];
   const model::PartRange own = voxel4d::planesOf(part, planes.size());
@@ -42,7 +41,7 @@ SpaceLattice shareOf(const SpaceLattice& whole, const model::Part& part) {
   return share;
 }
 
-voxel4d::PointField pointFieldOf(const FieldKind& kind, const FieldWork& work) {
+voxel4d::PointField pointFieldOf(const VisitFieldKind& kind, const VisitFieldWork& work) {
   voxel4d::PointField field;
   field.name = kind.name;
   field.whole = kind.whole;
@@ -57,54 +56,47 @@ voxel4d::PointField pointFieldOf(const FieldKind& kind, const FieldWork& work) {
 
 }  // namespace
 
-void EnvelopeFields::addTo(CLI::App& command) {
-  for (std::size_t i = 0; i < kFields.size(); ++i) {
-    command
-        .add_option(fmt::format("--{}", kFields[i].name), files[i],
-                    fmt::format("Output file (.vdb): {}", kFields[i].help))
-        ->type_name("FILE")
-        ->check(vdbFile());
-  }
-}
-
-bool EnvelopeFields::any() const {
-  return std::ranges::any_of(files, [](const auto& file) { return !file.empty(); });
+bool VisitFieldFiles::any() const {
+  return std::ranges::any_of(
+      kVisitFields, [&](const VisitFieldKind& kind) { return !(this->*kind.file).empty(); });
 }
 
 Result<void> checkFieldMemory(const SpaceLattice& lattice, const model::Part& part,
                               double maxMemoryGiB) {
-  const double gib = measure::VisitFieldBuilder::bytesOf(shareOf(lattice, part)) / 0x1p30;
+  const double gib = measure::VisitFieldBuilder::bytesOf(latticeOfPart(lattice, part)) / 0x1p30;
   if (gib <= maxMemoryGiB) return {};
   return fail(ErrorCode::Unsupported,
               fmt::format("fields with a voxel size of {} would need {:.1f} GiB of memory, more "
-                          "than {:g} GiB; {:.2g} fits, and so may {}parts of them (--part)",
+                          "than {:g} GiB; {:.2g} fits, and so may {}parts of them",
                           lattice.spacing, gib, maxMemoryGiB,
                           1.05 * lattice.spacing * std::cbrt(gib / maxMemoryGiB),
                           part.count > 1 ? "smaller " : ""),
-              {}, Remedy::VoxelSize);
+              {}, Remedy::VoxelSizeOrParts);
 }
 
-Result<std::vector<WrittenField>> writeFields(const EnvelopeFields& wanted, const FieldWork& work) {
-  measure::VisitFieldBuilder builder(shareOf(work.lattice, work.part));
+Result<std::vector<WrittenField>> writeVisitFields(const VisitFieldFiles& files,
+                                                   const VisitFieldWork& work, Observer& observer) {
+  measure::VisitFieldBuilder builder(latticeOfPart(work.lattice, work.part));
   if (auto put = work.put(builder); !put) return put.error();
   const VisitFields fields = builder.finish();
   const auto firstPlane =
       static_cast<std::uint32_t>(voxel4d::planesOf(work.part, work.lattice.at[0].size()).begin);
-  const ProgressBar bar("writing fields");
+  const auto stage = observer.stage("writing fields");
   std::vector<WrittenField> written;
-  for (std::size_t i = 0; i < kFields.size(); ++i) {
-    if (wanted.files[i].empty()) continue;
-    voxel4d::PointField field = pointFieldOf(kFields[i], work);
+  for (const VisitFieldKind& kind : kVisitFields) {
+    const std::string& file = files.*kind.file;
+    if (file.empty()) continue;
+    voxel4d::PointField field = pointFieldOf(kind, work);
     field.value = [&](const std::array<std::uint32_t, 3>& at, double& value) {
       const std::size_t row = fields.rowOf({at[0] - firstPlane, at[1], at[2]});
-      value = kFields[i].valueAt(fields, row);
+      value = kind.valueAt(fields, row);
       return fields.visits[row] > 0;
     };
-    const auto bytes = voxel4d::writePointField(wanted.files[i], field);
+    const auto bytes = voxel4d::writePointField(file, field);
     if (!bytes) return bytes.error();
-    written.push_back({kFields[i].name, wanted.files[i], *bytes});
+    written.push_back({kind.name, file, *bytes});
   }
   return written;
 }
 
-}  // namespace t4d::tools
+}  // namespace t4d::verbs

@@ -1,30 +1,31 @@
-#include "tools/program/body_files.h"
+#include "t4d/verbs/body_files.h"
 
 #include <fmt/format.h>
 
 #include "t4d/system/replaceable.h"
 
-namespace t4d::tools {
+namespace t4d::verbs {
 namespace {
 
-constexpr std::string_view kPlace = "{body}";
+constexpr std::string_view kBodyPlace = "{body}";
 
-std::string fileNameOf(const std::string& pattern, const std::string& body) {
+std::string bodyFileName(const std::string& pattern, const std::string& body) {
   std::string name = pattern;
-  for (auto at = name.find(kPlace); at != name.npos; at = name.find(kPlace, at + body.size())) {
-    name.replace(at, kPlace.size(), body);
+  for (auto at = name.find(kBodyPlace); at != name.npos;
+       at = name.find(kBodyPlace, at + body.size())) {
+    name.replace(at, kBodyPlace.size(), body);
   }
   return name;
 }
 
 }  // namespace
 
-bool isPerBody(const std::string& output) { return output.find(kPlace) != output.npos; }
+bool isPerBody(const std::string& output) { return output.find(kBodyPlace) != output.npos; }
 
 std::optional<std::string> misuseOfPerBody(const std::string& output) {
   if (!isPerBody(std::filesystem::path(output).parent_path().string())) return std::nullopt;
   return fmt::format("'{}': {} must be in the name of the file, not in that of a folder", output,
-                     kPlace);
+                     kBodyPlace);
 }
 
 Result<std::vector<std::filesystem::path>> bodyFiles(const std::string& output,
@@ -33,7 +34,7 @@ Result<std::vector<std::filesystem::path>> bodyFiles(const std::string& output,
   std::vector<std::filesystem::path> files;
   std::vector<std::string> names;
   for (const std::string& body : bodies) {
-    names.push_back(fileNameOf(path.filename().string(), body));
+    names.push_back(bodyFileName(path.filename().string(), body));
     files.push_back(path.parent_path() / names.back());
   }
   if (auto good = system::checkReplaceable(path.parent_path(), names); !good) {
@@ -42,4 +43,4 @@ Result<std::vector<std::filesystem::path>> bodyFiles(const std::string& output,
   return files;
 }
 
-}  // namespace t4d::tools
+}  // namespace t4d::verbs

@@ -9,7 +9,7 @@
 #include "t4d/model/error.h"
 
 /// Output files of which each has one body: `link-{body}.stl`.
-namespace t4d::tools {
+namespace t4d::verbs {
 
 /// Whether an output stands for one file per body.
 bool isPerBody(const std::string& output);
@@ -22,4 +22,4 @@ std::optional<std::string> misuseOfPerBody(const std::string& output);
 Result<std::vector<std::filesystem::path>> bodyFiles(const std::string& output,
                                                      std::span<const std::string> bodies);
 
-}  // namespace t4d::tools
+}  // namespace t4d::verbs
