@@ -14,13 +14,12 @@
 
 namespace t4d::verbs {
 
-/// The .vdb files of what a motion does at the points of a lattice; "" for
-/// none.
+/// The .vdb files of what a motion does at the points of a lattice; "" for none.
 struct VisitFieldFiles {
-  std::string visits = {};
-  std::string dwell = {};
-  std::string first = {};
-  std::string last = {};
+  std::string visits = {};  ///< how often a point is visited
+  std::string dwell = {};   ///< how long it is covered
+  std::string first = {};   ///< when it is covered first
+  std::string last = {};    ///< and last
 
   bool any() const;
 };
@@ -42,11 +41,11 @@ struct EnvelopeOptions {
   std::optional<double> voxelSize = {};
   double maxMemoryGiB = 4;
   bool exact = false;  ///< as edit::EnvelopeOptions::exact
-  /// Make an envelope that contains the whole motion (edit::EnvelopeOptions::reach); not exact. So
-  /// are the following two.
+  /// Make an envelope that contains the whole motion (edit::EnvelopeOptions::reach); not exact. The
+  /// following two imply it.
   bool outside = false;
   std::optional<double> inflate = {};  ///< with all that is within this distance of the motion
-  std::optional<std::uint64_t> simplify = {};  ///< with at most so many triangles
+  std::optional<std::uint64_t> simplify = {};  ///< with at most this many triangles
   VisitFieldFiles fields = {};                 ///< fields of all bodies together, on the lattice
   /// Make only this part of the fields, and no envelope.
   std::optional<model::Part> part = {};
