@@ -7,14 +7,14 @@
 
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/output_file.h"
-#include "t4d/measure/solid_measures.h"
+#include "t4d/verbs/measure.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
+#include "tools/program/console_observer.h"
 #include "tools/program/frame_options.h"
 #include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/part_option.h"
-#include "tools/program/progress_bar.h"
 #include "tools/program/table_output.h"
 #include "tools/report/html_page.h"
 #include "tools/report/svg_plot.h"
@@ -36,40 +36,6 @@ struct MeasureArguments {
   std::string html;
   bool json = false;
 };
-
-ordered_json coordinatesOf(const model::Point3& point) { return {point.x(), point.y(), point.z()}; }
-
-ordered_json jsonOf(std::span<const SolidMeasures> samples) {
-  ordered_json value = {{"samples", ordered_json::array()}};
-  for (const SolidMeasures& sample : samples) {
-    const bool any = !sample.bounds.empty();
-    value["samples"].push_back({{"time", sample.time},
-                                {"volume", sample.volume},
-                                {"area", sample.area},
-                                {"centroid", any ? coordinatesOf(sample.centroid) : ordered_json()},
-                                {"components", sample.components},
-                                {"cavities", sample.cavities},
-                                {"genus", sample.genus},
-                                {"min", any ? coordinatesOf(sample.bounds.min) : ordered_json()},
-                                {"max", any ? coordinatesOf(sample.bounds.max) : ordered_json()}});
-  }
-  return value;
-}
-
-std::string csvOf(std::span<const SolidMeasures> samples) {
-  std::string csv =
-      "time,volume,area,cx,cy,cz,components,genus,cavities,min_x,min_y,min_z,max_x,max_y,max_z\n";
-  for (const SolidMeasures& sample : samples) {
-    const bool any = !sample.bounds.empty();
-    const auto place = [&](const model::Point3& point) {
-      return any ? fmt::format("{},{},{}", point.x(), point.y(), point.z()) : std::string(",,");
-    };
-    csv += fmt::format("{},{},{},{},{},{},{},{},{}\n", sample.time, sample.volume, sample.area,
-                       place(sample.centroid), sample.components, sample.genus, sample.cavities,
-                       place(sample.bounds.min), place(sample.bounds.max));
-  }
-  return csv;
-}
 
 /// A curve over time, in the order of time.
 Plot plotOf(std::span<const SolidMeasures> samples, const std::string& title,
@@ -105,12 +71,12 @@ std::string pageOf(std::span<const SolidMeasures> samples, const formats::Metada
 }
 
 /// A table or a plot, as the extension says.
-Result<std::string> fileOf(const std::string& path, std::span<const SolidMeasures> samples,
+Result<std::string> fileOf(const std::string& path, const verbs::MeasureReport& measured,
                            const formats::Metadata& metadata) {
   const std::string extension = formats::lowerCaseExtension(path);
-  if (extension == ".csv") return csvOf(samples);
-  if (extension == ".json") return jsonOf(samples).dump(2) + "\n";
-  return plotFile(path, volumePlot(samples, metadata));
+  if (extension == ".csv") return measuresCsv(measured);
+  if (extension == ".json") return jsonOf(measured) + "\n";
+  return plotFile(path, volumePlot(measured.samples, metadata));
 }
 
 void printSamples(std::span<const SolidMeasures> samples) {
@@ -145,43 +111,41 @@ int run(const MeasureArguments& options) {
   }
   if (const auto misuse = misuseOfOutputs(outputs)) return wrongUsage(*misuse);
   if (auto writable = checkWritable(outputs); !writable) return report(writable.error());
-  auto input = verbs::openInput(options.input, options.only);
+  const auto input = verbs::openInput(options.input, options.only);
   if (!input) return report(input.error());
-  auto times = options.frames.of(model::timeSpanOf(input->bodies), kMostSamples);
+  const auto times = options.frames.of(model::timeSpanOf(input->bodies), kMostSamples);
   if (!times) return report(times.error());
   if (const auto done = options.part.settle(times->size(), "times")) return *done;
-  const std::uint64_t allTimes = times->size();
-  *times = shareOf(*times, options.part.chosen());
-  Result<std::vector<SolidMeasures>> samples;
-  {
-    ProgressBar bar("measuring", times->size(), "times");
-    samples = measure::measuresAt(input->bodies, *times, bar.callback());
-  }
-  if (!samples) return report(inInput(samples.error(), *input));
+  ConsoleObserver observer;
+  const auto measured = verbs::measure(*input, {*times, options.part.chosen()}, observer);
+  if (!measured) return report(measured.error());
+  const std::vector<SolidMeasures>& samples = measured->samples;
   const formats::Metadata& metadata = input->metadata;
   for (const std::string& output : options.outputs) {
-    const auto written = fileOf(output, *samples, metadata).and_then([&](const std::string& text) {
+    const auto written = fileOf(output, *measured, metadata).and_then([&](const std::string& text) {
       return formats::writeOutputFile(output, text);
     });
     if (!written) return report(written.error());
   }
   if (!options.html.empty()) {
     const std::string title = std::filesystem::path(options.input).filename().string();
-    if (auto written = formats::writeOutputFile(options.html, pageOf(*samples, metadata, title));
+    if (auto written = formats::writeOutputFile(options.html, pageOf(samples, metadata, title));
         !written) {
       return report(written.error());
     }
   }
-  if (options.json) {
-    ordered_json result = jsonOf(*samples);
-    if (options.part.isGiven()) result["part"] = options.part.json(identityOf(*input, allTimes));
-    printJson(result);
+  if (options.json && options.part.isGiven()) {
+    auto value = ordered_json::parse(jsonOf(*measured));
+    value["part"] = options.part.json(identityOf(*input, times->size()));
+    printJson(value);
+  } else if (options.json) {
+    tools::printText(jsonOf(*measured) + "\n");
   } else if (outputs.empty()) {
-    printSamples(*samples);
+    printSamples(samples);
   } else {
-    const auto [least, most] = std::ranges::minmax_element(*samples, {}, &SolidMeasures::volume);
+    const auto [least, most] = std::ranges::minmax_element(samples, {}, &SolidMeasures::volume);
     for (const std::string& output : outputs) {
-      print("{}: {}\n", output, counted(samples->size(), "time"));
+      print("{}: {}\n", output, counted(samples.size(), "time"));
     }
     print("  volume from {:.9g} at time {:.6g} to {:.9g} at time {:.6g}\n", least->volume,
           least->time, most->volume, most->time);

@@ -4,7 +4,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -41,14 +40,6 @@ class PartOption {
   std::optional<model::Part> part_;
   bool most_ = false;
 };
-
-/// A part's share of a list.
-template <class T>
-std::vector<T> shareOf(const std::vector<T>& all, const model::Part& part) {
-  const model::PartRange range = part.of(all.size());
-  const auto at = [&](std::uint64_t i) { return all.begin() + static_cast<std::ptrdiff_t>(i); };
-  return {at(range.begin), at(range.end)};
-}
 
 /// An option --part that says why the work of a verb cannot be divided.
 void addNoPartOption(CLI::App& command, const std::string& why);
