@@ -36,6 +36,7 @@ enum class Remedy : std::uint8_t {
   VoxelSizeOrExact,    ///< either of these, or make the envelope without voxels
   NotExact,            ///< make the envelope with voxels
   Center,              ///< write coordinates about the middle of the solid
+  OtherBodies,         ///< choose other bodies
   MoreCells,           ///< allow more work than the size of the file suggests
   OpenMesh,            ///< merge vertices, or accept a mesh that is not closed
   Mend,                ///< mend the triangle mesh

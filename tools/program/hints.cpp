@@ -170,6 +170,7 @@ std::string hintFor(const Error& error) {
              "--time-unit "
              "NAME, or --rotate 1 0 0 90 --up AXIS, to convert one of them; or --ignore-units, to "
              "take the numbers as they are";
+    case Remedy::OtherBodies:
     case Remedy::NotExact:
     case Remedy::Center:
     case Remedy::Motion:
