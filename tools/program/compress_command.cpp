@@ -1,11 +1,10 @@
-#include <chrono>
-
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/formats/t4d/writer.h"
+#include "t4d/verbs/compress.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
+#include "tools/program/console_observer.h"
 #include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/part_option.h"
@@ -18,55 +17,43 @@ namespace {
 struct CompressArguments {
   std::string input;
   InputOptions only;
-  std::string output;
   T4dCoding coding;
+  verbs::CompressOptions compress;
   PartOption part;
   bool json = false;
 };
 
-int run(const CompressArguments& options) {
-  if (const auto misuse = misuseOfOutput(options.output, {&options.input, 1})) {
+void printReport(const verbs::CompressReport& compressed, const CompressArguments& options) {
+  print("{}: {}, {:.1f} % of the {} of {}\n", options.compress.output, sizeText(compressed.bytes),
+        100 * static_cast<double>(compressed.bytes) / static_cast<double>(compressed.bytesBefore),
+        sizeText(compressed.bytesBefore), options.input);
+  if (const auto rounding = options.coding.rounding()) print("  {}\n", *rounding);
+  print("  {:.2f} s, peak memory {}\n", compressed.seconds, sizeText(peakBytes()));
+}
+
+int run(CompressArguments& options) {
+  if (const auto misuse = misuseOfOutput(options.compress.output, {&options.input, 1})) {
     return wrongUsage(*misuse);
   }
-  const auto begin = std::chrono::steady_clock::now();
-  auto whole = verbs::openInput(options.input, options.only);
-  if (!whole) return report(whole.error());
-  if (const auto done = options.part.settle(verbs::mostParts(*whole, /*ofEach=*/true), "slabs")) {
+  const auto input = verbs::openInput(options.input, options.only);
+  if (!input) return report(input.error());
+  if (const auto done = options.part.settle(verbs::mostParts(*input, /*ofEach=*/true), "slabs")) {
     return *done;
   }
-  const auto input = verbs::partOf(*whole, options.part.chosen(), /*ofEach=*/true);
-  if (!input) return report(input.error());
-  auto writer = formats::T4dWriter::create(options.output, metadataOf(*input, versionText()),
-                                           options.coding.writeOptions());
-  if (!writer) return report(writer.error());
-  {
-    ProgressBar bar("compressing", verbs::slabCountOf(input->bodies), "slabs");
-    for (std::size_t i = 0; i < input->bodies.size(); ++i) {
-      auto done = model::pump(*input->bodies[i].source, writer->body(i),
-                              bar.part(input->bodies[i].source->slabCount()));
-      if (!done) return report(done.error());
-    }
-  }
-  const auto bytes = finishEdited(*writer, *input);
-  if (!bytes) return report(bytes.error());
-  const std::uint64_t before = input->reader->fileBytes();
-  const double seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  options.compress.writing = options.coding.writeOptions();
+  options.compress.part = options.part.chosen();
+  options.compress.generator = versionText();
+  ConsoleObserver observer;
+  const auto compressed = verbs::compress(*input, options.compress, observer);
+  if (!compressed) return report(compressed.error());
   if (options.json) {
-    nlohmann::ordered_json result = {{"bytes_before", before},
-                                     {"bytes", *bytes},
-                                     {"seconds", seconds},
-                                     {"peak_bytes", peakBytes()}};
-    if (options.part.isGiven()) result["part"] = options.part.json(identityOf(*whole));
-    printJson(result);
+    auto value = nlohmann::ordered_json::parse(jsonOf(*compressed, peakBytes()));
+    if (options.part.isGiven()) value["part"] = options.part.json(identityOf(*input));
+    printJson(value);
   } else {
-    print("{}: {}, {:.1f} % of the {} of {}\n", options.output, sizeText(*bytes),
-          100 * static_cast<double>(*bytes) / static_cast<double>(before), sizeText(before),
-          options.input);
-    if (const auto rounding = options.coding.rounding()) print("  {}\n", *rounding);
-    print("  {:.2f} s, peak memory {}\n", seconds, sizeText(peakBytes()));
+    printReport(*compressed, options);
   }
-  return reportLosses(writer->losses());
+  return reportLosses(compressed->losses);
 }
 
 }  // namespace
@@ -77,7 +64,7 @@ void addCompress(CLI::App& app, int& exitCode) {
   auto options = std::make_shared<CompressArguments>();
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
   options->only.addTo(*command);
-  addT4dOutputOption(*command, options->output);
+  addT4dOutputOption(*command, options->compress.output);
   options->coding.compression = 19;
   options->coding.addTo(*command);
   options->part.addTo(*command,
