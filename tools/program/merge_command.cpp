@@ -1,16 +1,14 @@
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
-#include "t4d/formats/t4d/merge.h"
+#include "t4d/verbs/merge.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
+#include "tools/program/console_observer.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/t4d_output.h"
 
 namespace t4d::tools {
 namespace {
-
-using nlohmann::ordered_json;
 
 struct MergeArguments {
   std::vector<std::string> files;
@@ -20,37 +18,17 @@ struct MergeArguments {
 
 int run(const MergeArguments& options) {
   if (const auto misuse = misuseOfOutput(options.output, options.files)) return wrongUsage(*misuse);
-  Result<formats::MergeReport> merged;
-  {
-    ProgressBar bar("merging");
-    merged = formats::mergeT4d({options.files.begin(), options.files.end()}, options.output,
-                               bar.callback());
-  }
+  ConsoleObserver observer;
+  const auto merged = verbs::merge(options.files, options.output, observer);
   if (!merged) return report(merged.error());
   printNotices(merged->notices);
-  std::uint64_t vertices = 0;
-  std::uint64_t tetrahedra = 0;
-  ordered_json bodies = ordered_json::array();
-  for (const formats::MergeReport::Body& body : merged->bodies) {
-    vertices += body.summary.vertices;
-    tetrahedra += body.summary.tetrahedra;
-    bodies.push_back({{"name", body.name},
-                      {"file", options.files[body.file]},
-                      {"slabs", body.summary.slabs},
-                      {"vertices", body.summary.vertices},
-                      {"tetrahedra", body.summary.tetrahedra}});
-  }
   if (options.json) {
-    printJson({{"files", options.files.size()},
-               {"bodies", bodies},
-               {"vertices", vertices},
-               {"tetrahedra", tetrahedra},
-               {"bytes", merged->bytes}});
+    printText(jsonOf(*merged) + "\n");
   } else {
     print("{}: {} of {}, {}\n", options.output, counted(merged->bodies.size(), "body", "bodies"),
           counted(options.files.size(), "file"), sizeText(merged->bytes));
-    print("  {}, {}\n", counted(vertices, "vertex", "vertices"),
-          counted(tetrahedra, "tetrahedron", "tetrahedra"));
+    print("  {}, {}\n", counted(merged->vertices(), "vertex", "vertices"),
+          counted(merged->tetrahedra(), "tetrahedron", "tetrahedra"));
   }
   return reportLosses(merged->losses);
 }
