@@ -5,17 +5,15 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
-#include "t4d/convert/frame_files.h"
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/output_file.h"
-#include "t4d/formats/t4d/join.h"
 #include "t4d/formats/t4d/shared_join.h"
+#include "t4d/verbs/join.h"
 #include "t4d/verbs/join_reports.h"
-#include "t4d/voxel4d/point_field_parts.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
+#include "tools/program/console_observer.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/part_option.h"
 #include "tools/program/t4d_output.h"
@@ -45,14 +43,13 @@ bool isFrameManifest(const std::string& path) {
 
 int joinFrameManifests(const JoinArguments& options) {
   if (options.output.empty()) return wrongUsage("-o: name the manifest of all frames");
-  const auto frames =
-      convert::joinManifests({options.parts.begin(), options.parts.end()}, options.output);
-  if (!frames) return report(frames.error());
+  const auto joined = verbs::joinFrames(options.parts, options.output);
+  if (!joined) return report(joined.error());
   if (options.json) {
-    printJson({{"parts", options.parts.size()}, {"frames", *frames}});
+    tools::printText(jsonOf(*joined) + "\n");
   } else {
-    print("{}: {} of {}\n", options.output, counted(*frames, "frame"),
-          counted(options.parts.size(), "part"));
+    print("{}: {} of {}\n", options.output, counted(joined->frames, "frame"),
+          counted(joined->parts, "part"));
   }
   return kDone;
 }
@@ -80,17 +77,13 @@ int joinFields(const JoinArguments& options) {
     return wrongUsage("parts of a field (.vdb) are not joined with other files");
   }
   if (!isVdb(options.output)) return wrongUsage("-o: name the field (.vdb) of all parts");
-  const std::vector<std::filesystem::path> parts(options.parts.begin(), options.parts.end());
-  const auto joined = voxel4d::joinPointFields(parts, options.output);
+  const auto joined = verbs::joinFields(options.parts, options.output);
   if (!joined) return report(joined.error());
   if (options.json) {
-    printJson({{"parts", parts.size()},
-               {"field", joined->name},
-               {"active", joined->activePoints},
-               {"bytes", joined->bytes}});
+    tools::printText(jsonOf(*joined) + "\n");
   } else {
-    print("{}: {} of {} at {}, {}\n", options.output, joined->name, counted(parts.size(), "part"),
-          counted(joined->activePoints, "point"), sizeText(joined->bytes));
+    print("{}: {} of {} at {}, {}\n", options.output, joined->field, counted(joined->parts, "part"),
+          counted(joined->active, "point"), sizeText(joined->bytes));
   }
   return kDone;
 }
@@ -110,69 +103,56 @@ std::optional<std::string> misuseOfName(const JoinArguments& options) {
   return wrong.empty() ? std::nullopt : std::optional("--output: " + wrong);
 }
 
-void printSums(const formats::JoinReport& joined, const JoinArguments& options,
+void printSums(const verbs::JoinReport& joined, const JoinArguments& options,
                const std::string& sentence) {
-  std::uint64_t slabs = 0;
-  std::uint64_t vertices = 0;
-  std::uint64_t tetrahedra = 0;
-  for (const formats::BodySummary& body : joined.bodies) {
-    slabs += body.slabs;
-    vertices += body.vertices;
-    tetrahedra += body.tetrahedra;
-  }
   if (options.json) {
-    printJson({{"parts", joined.parts},
-               {"slabs", slabs},
-               {"vertices", vertices},
-               {"tetrahedra", tetrahedra},
-               {"bytes", joined.bytes}});
+    tools::printText(jsonOf(joined) + "\n");
     return;
   }
-  print("{}: {} of {}, {}\n", options.output, counted(slabs, "slab"), sentence,
+  print("{}: {} of {}, {}\n", options.output, counted(joined.slabs(), "slab"), sentence,
         sizeText(joined.bytes));
-  print("  {}, {}\n", counted(vertices, "vertex", "vertices"),
-        counted(tetrahedra, "tetrahedron", "tetrahedra"));
-}
-
-int planJoin(const JoinArguments& options) {
-  Result<formats::JoinReport> planned;
-  {
-    ProgressBar bar("planning");
-    planned = formats::planJoin({options.parts.begin(), options.parts.end()}, options.output,
-                                bar.callback());
-  }
-  if (!planned) return report(planned.error());
-  printSums(*planned, options, counted(planned->parts, "file") + " planned");
-  if (!options.json) {
-    print("  next: join with the same -o and --part K/{}, then with --finish\n", planned->parts);
-  }
-  return reportLosses(planned->losses);
+  print("  {}, {}\n", counted(joined.vertices(), "vertex", "vertices"),
+        counted(joined.tetrahedra(), "tetrahedron", "tetrahedra"));
 }
 
 int copyParts(const JoinArguments& options) {
   const auto most = formats::plannedParts(options.output);
   if (!most) return report(most.error());
   if (const auto settled = options.part.settle(*most, "files to join")) return *settled;
-  Result<formats::SharedCopy> copied;
-  {
-    ProgressBar bar("copying");
-    copied = formats::copyPlannedParts(options.output, options.part.chosen(), bar.callback());
-  }
+  ConsoleObserver observer;
+  const auto copied = verbs::copyPlannedParts(options.output, options.part.chosen(), observer);
   if (!copied) return report(copied.error());
   if (options.json) {
-    printJson({{"parts", *most}, {"copied", copied->parts}, {"bytes", copied->bytes}});
+    tools::printText(jsonOf(*copied) + "\n");
   } else {
-    print("{}: {} copied, {}\n", options.output, counted(copied->parts, "file"),
+    print("{}: {} copied, {}\n", options.output, counted(copied->copied, "file"),
           sizeText(copied->bytes));
   }
   return kDone;
 }
 
 int finishJoin(const JoinArguments& options) {
-  const auto joined = formats::finishJoin(options.output);
+  const auto joined = verbs::finishJoin(options.output);
   if (!joined) return report(joined.error());
   printSums(*joined, options, counted(joined->parts, "file"));
   return kDone;
+}
+
+int joinMeshes(const JoinArguments& options) {
+  using verbs::JoinInto;
+  const JoinInto into = options.plan       ? JoinInto::Plan
+                        : options.manifest ? JoinInto::Manifest
+                                           : JoinInto::File;
+  ConsoleObserver observer;
+  const auto joined = verbs::join(options.parts, options.output, into, observer);
+  if (!joined) return report(joined.error());
+  printSums(*joined, options,
+            counted(joined->parts, options.manifest ? "part" : "file") +
+                (options.plan ? " planned" : ""));
+  if (options.plan && !options.json) {
+    print("  next: join with the same -o and --part K/{}, then with --finish\n", joined->parts);
+  }
+  return reportLosses(joined->losses);
 }
 
 /// The error message if options exclude each other.
@@ -208,19 +188,9 @@ int run(const JoinArguments& options) {
                                                                : joinReports(options);
   }
   if (const auto misuse = misuseOfName(options)) return wrongUsage(*misuse);
-  if (options.plan) return planJoin(options);
   if (options.part.isAsked()) return copyParts(options);
   if (options.finish) return finishJoin(options);
-  Result<formats::JoinReport> joined;
-  {
-    const std::vector<std::filesystem::path> parts(options.parts.begin(), options.parts.end());
-    ProgressBar bar(options.manifest ? "checking" : "joining");
-    joined = options.manifest ? formats::writeManifest(parts, options.output, bar.callback())
-                              : formats::joinT4d(parts, options.output, bar.callback());
-  }
-  if (!joined) return report(joined.error());
-  printSums(*joined, options, counted(joined->parts, options.manifest ? "part" : "file"));
-  return reportLosses(joined->losses);
+  return joinMeshes(options);
 }
 
 }  // namespace
