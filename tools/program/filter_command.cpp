@@ -49,7 +49,7 @@ int run(FilterArguments& options) {
   }
   printNotices(filtered->notices);
   if (options.json) {
-    printText(jsonOf(*filtered, peakBytes()) + "\n");
+    tools::printText(jsonOf(*filtered, peakBytes()) + "\n");
   } else {
     printReport(*filtered, output);
   }

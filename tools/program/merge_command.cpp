@@ -23,7 +23,7 @@ int run(const MergeArguments& options) {
   if (!merged) return report(merged.error());
   printNotices(merged->notices);
   if (options.json) {
-    printText(jsonOf(*merged) + "\n");
+    tools::printText(jsonOf(*merged) + "\n");
   } else {
     print("{}: {} of {}, {}\n", options.output, counted(merged->bodies.size(), "body", "bodies"),
           counted(options.files.size(), "file"), sizeText(merged->bytes));

@@ -91,7 +91,7 @@ int run(const TransformArguments& options) {
                      output, done->mirroredSpace)});
   }
   if (options.json) {
-    printText(jsonOf(*done, peakBytes()) + "\n");
+    tools::printText(jsonOf(*done, peakBytes()) + "\n");
   } else {
     printReport(*done, output);
   }
