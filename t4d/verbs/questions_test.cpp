@@ -4,12 +4,11 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/fixtures/solids.h"
-#include "t4d/formats/motion/motion_reader.h"
 #include "t4d/formats/t4d/body_details.h"
 #include "t4d/mesh4d/mechanism_keys.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/verbs/collide.h"
+#include "t4d/verbs/moving_cube.h"
 #include "t4d/verbs/quality.h"
 
 /// Verbs that ask a question of meshes in memory, which no file holds.
@@ -17,27 +16,6 @@ namespace t4d::verbs {
 namespace {
 
 using nlohmann::json;
-
-/// The unit cube that moves from one place to another along x, with speed 1.
-model::Mesh movingCube(double from, double to) {
-  model::TriangleMesh cube = fixtures::cube(1);
-  for (model::Point3& vertex : cube.vertices) vertex.x() += from;
-  const auto motion = formats::parseMotion(
-      json{{"segments", {{{"duration", std::abs(to - from)}, {"translation", {to - from, 0, 0}}}}}}
-          .dump(),
-      "motion");
-  EXPECT_TRUE(motion);
-  model::Mesh mesh;
-  EXPECT_TRUE(
-      mesh4d::sweep(cube, *motion, {mesh4d::StepsPerSegment{2}, mesh4d::CapMethod::Cone}, mesh));
-  return mesh;
-}
-
-Input inMemory(const std::string& name, const model::Mesh& mesh) {
-  Input input{.name = name, .metadata = {}, .bodies = {{name, &mesh}}};
-  input.metadata.bodies = {{name}};
-  return input;
-}
 
 /// Counts what it sees.
 class Counter : public Observer {
