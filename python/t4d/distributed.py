@@ -232,7 +232,7 @@ def _damaged(job: Dict[str, Any], number: int) -> Optional[int]:
 
 
 def _most_parts(job: Dict[str, Any]) -> int:
-    if "--most-parts" not in verbs.run_words([job["verb"], "--help"], text=True):
+    if "most_parts" not in verbs.options_of(job["verb"]):
         return 10**9
     words = [*job["words"], "--most-parts"]
     if job["verb"] not in REPORTS:
@@ -712,8 +712,6 @@ def _check_output(verb: str, output: Optional[str]) -> None:
         return
     if not output:
         raise DistributedError(f"{verb} needs an output")
-    if _is_manifest(output) and "--manifest" not in verbs.run_words(["join", "--help"], text=True):
-        raise DistributedError("this version of t4d writes no file in parts", output)
     if _is_url(output):
         if not _is_manifest(output):
             raise DistributedError("to an object store, a file in parts is written: name it .t4dm", output)

@@ -1,6 +1,7 @@
 """4D meshes from files, sweeps and arrays."""
 
 import gc
+import inspect
 import itertools
 import json
 import os
@@ -474,6 +475,10 @@ def test_verbs_have_the_words_of_the_program(models, program, tmp_path):
     words = [line.split()[0].rstrip(",") for line in listed.splitlines() if line.startswith("  ") and line[2] != " "]
     assert words == verbs.__all__
     assert "Usage: t4d quality" in verbs.quality.__doc__
+    parameters = inspect.signature(verbs.slice).parameters
+    assert parameters["coplanar"].default is None and parameters["light"].default is False
+    assert verbs.options_of("slice")["o"]["names"] == ["-o", "--output"]
+    assert verbs.options_of("weave")["label"]["repeats"]
     info = verbs.info(models / "cube.t4d")
     assert json.dumps(info)
     assert verbs.validate(models / "cube.t4d")["valid"]

@@ -17,6 +17,7 @@
 #include "t4d/verbs/similar_words.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
+#include "tools/program/help_json.h"
 #include "tools/program/signals.h"
 #include "tools/program/version.h"
 
@@ -63,7 +64,7 @@ int run(int argc, char** argv) {
       "  t4d sweep bolt.obj --motion screw-in.json -o bolt.t4d\n"
       "  t4d slice bolt.t4d --time 2.5 -o bolt-at-2.5.glb\n\n"
       "Exit codes: 0 done, 1 failed, 2 wrong usage, 3 done with loss, 4 the input is invalid.\n"
-      "`t4d VERB --help` prints the options of a verb.");
+      "`t4d VERB --help` prints the options of a verb; with --json, as JSON.");
   int exitCode = kDone;
   addVerbs(app, exitCode);
   // CLI11 takes the words from the last to the first.
@@ -72,10 +73,15 @@ int run(int argc, char** argv) {
     words.erase(words.begin());
     words.emplace_back("--help");
   }
+  const bool asksForJson = std::ranges::find(words, "--json") != words.end();
   std::reverse(words.begin(), words.end());
   try {
     app.parse(std::move(words));
   } catch (const CLI::ParseError& error) {
+    if (asksForJson && error.get_name() == "CallForHelp") {
+      printJson(helpJson(lastCommand(app)));
+      return kDone;
+    }
     if (error.get_exit_code() != 0) {
       const std::vector<std::string> unknown = app.remaining(true);
       const CLI::App& last = lastCommand(app);

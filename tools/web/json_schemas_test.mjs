@@ -38,17 +38,13 @@ const isOptional = (verb, where, key) => optional.includes(key) ||
   (isComparedMesh(verb, where) && optionalOfMeshes.includes(key));
 const free = ['details', 'part'];
 
-/** The verbs that help lists below `words`, each as a list of words. */
-function verbsBelow(words) {
-  const help = t4dRaw(...words, '--help').stdout;
-  const list = /\nSubcommands:\n((?: .*\n)+)/.exec(help)?.[1] ?? '';
-  return [...list.matchAll(/^ {2}([^\s,]+)/gm)].map(([, name]) => [...words, name]);
-}
+const help = JSON.parse(t4dRaw('help', '--json').stdout);
 
 /** All verbs with --json, including nested ones. */
-function verbsWithJson(words = []) {
-  const here = words.length > 0 && /^ +--json\b/m.test(t4dRaw(...words, '--help').stdout);
-  return [...(here ? [words.join('-')] : []), ...verbsBelow(words).flatMap(verbsWithJson)];
+function verbsWithJson({ verbs, options }, words = []) {
+  const here = options.some(({ names }) => names.includes('--json'));
+  return [...(here ? [words.join('-')] : []),
+    ...verbs.flatMap((verb) => verbsWithJson(verb, [...words, verb.name]))];
 }
 
 /** The file of SPEC.md with its cells modified by `alter`. */
@@ -333,8 +329,17 @@ test('the manifest of frames is as its schema says', () => {
     assert.ok(member.description)));
 });
 
+test('help as JSON is as its schema says', () => {
+  const { check } = schemaOf('docs/schemas/help.json');
+  check(help, 'help');
+  const slice = help.verbs.find(({ name }) => name === 'slice');
+  assert.deepEqual(JSON.parse(t4dRaw('slice', '--help', '--json').stdout), slice);
+  const { value, choices } = slice.options.find(({ names }) => names.includes('--coplanar'));
+  assert.deepEqual([value, choices], ['TEXT', ['keep', 'merge']]);
+});
+
 test('every verb with --json has a schema, runs here, and is linked in the pages', () => {
-  const verbs = verbsWithJson();
+  const verbs = verbsWithJson(help);
   assert.ok(verbs.includes('validate'));
   assert.deepEqual([...schemas.keys()].sort(), [...verbs].sort());
   const done = new Set(runs.filter(([, , status]) => status === 0).map(([verb]) => verb));
