@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "t4d/model/slab.h"
 
@@ -39,6 +40,9 @@ class Observer {
   }
   /// Something that the user should know, which is no failure and no loss.
   virtual void note(const std::string& /*notice*/) {}
+  void noteEach(const std::vector<std::string>& notices) {
+    for (const std::string& notice : notices) note(notice);
+  }
 };
 
 /// An observer for those who need none.

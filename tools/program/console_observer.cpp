@@ -1,6 +1,7 @@
 #include "tools/program/console_observer.h"
 
 #include "tools/program/console.h"
+#include "tools/program/hints.h"
 #include "tools/program/progress_bar.h"
 
 namespace t4d::tools {
@@ -10,6 +11,6 @@ std::unique_ptr<verbs::Stage> ConsoleObserver::stage(std::string title, std::uin
   return std::make_unique<ProgressBar>(std::move(title), total, std::move(units));
 }
 
-void ConsoleObserver::note(const std::string& notice) { printNotices({notice}); }
+void ConsoleObserver::note(const std::string& notice) { printNotices({withOption(notice)}); }
 
 }  // namespace t4d::tools

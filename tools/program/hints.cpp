@@ -181,4 +181,13 @@ std::string hintFor(const Error& error) {
   return damaged ? recoveryHint(fileOf(error)) : std::string();
 }
 
+std::string withOption(std::string notice) {
+  if (notice.ends_with("frames are taken to be 1 apart")) {
+    notice += "; --frame-time changes that";
+  } else if (notice.ends_with("tetrahedra are in the flat caps")) {
+    notice += "; --caps graded closes the same solid with fewer";
+  }
+  return notice;
+}
+
 }  // namespace t4d::tools

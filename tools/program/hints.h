@@ -4,7 +4,8 @@
 
 #include "t4d/model/error.h"
 
-/// What to try after an error, in terms of verbs and options, which the library does not know.
+/// What to try after an error or a notice, in terms of verbs and options, which the library does
+/// not know.
 namespace t4d::tools {
 
 /// A sentence on what to do about the error; empty if there is no advice.
@@ -12,5 +13,8 @@ std::string hintFor(const Error& error);
 
 /// The same for a file that was read as .t4d and is invalid.
 std::string hintForFile(const std::string& path);
+
+/// The notice, with the option that changes what it says, if there is one.
+std::string withOption(std::string notice);
 
 }  // namespace t4d::tools

@@ -1,13 +1,17 @@
 #include <chrono>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "t4d/formats/triangle/triangle_mesh_formats.h"
+#include "t4d/verbs/mending.h"
+#include "t4d/verbs/solid_input.h"
+#include "tools/program/bodies_option.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
+#include "tools/program/console_observer.h"
 #include "tools/program/mending.h"
 #include "tools/program/option_checks.h"
-#include "tools/program/solid_input.h"
 
 namespace t4d::tools {
 namespace {
@@ -25,7 +29,9 @@ int run(const MendArguments& options) {
     return wrongUsage(*misuse);
   }
   const auto begin = std::chrono::steady_clock::now();
-  auto loaded = SolidInput{options.input, options.bodies, &options.mending}.read();
+  ConsoleObserver observer;
+  auto loaded = verbs::readSolidInput(
+      {options.input, bodiesBy(options.bodies), options.mending.limits}, observer);
   if (!loaded) return report(loaded.error());
   if (const auto misuse = misuseOfOutput(options.output, loaded->otherFiles)) {
     return wrongUsage(*misuse);
@@ -46,7 +52,7 @@ int run(const MendArguments& options) {
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (options.json) {
-    auto result = mendJson(mended);
+    auto result = verbs::mendJson(mended);
     result["vertices"] = vertices;
     result["triangles"] = triangles;
     result["seconds"] = seconds;
@@ -58,7 +64,7 @@ int run(const MendArguments& options) {
           options.bodies.empty() ? "" : ", " + counted(loaded->bodies.size(), "body", "bodies"));
     for (const edit::SurfaceChange& change : mended.changes) print("  {}\n", change.text);
     if (mended.changes.empty()) print("  nothing to mend\n");
-    print("  {}\n", measuresOf(mended));
+    print("  {}\n", verbs::measuresOf(mended));
     print("  {:.2f} s, peak memory {}\n", seconds, sizeText(peakBytes()));
   }
   std::vector<std::string> losses = std::move(loaded->losses);

@@ -18,9 +18,12 @@
 #include "t4d/formats/triangle/triangle_mesh_formats.h"
 #include "t4d/mill/mill.h"
 #include "t4d/slice/slice_at_times.h"
+#include "t4d/verbs/mending.h"
+#include "t4d/verbs/solid_input.h"
 #include "t4d/verbs/t4d_file.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
+#include "tools/program/console_observer.h"
 #include "tools/program/frame_options.h"
 #include "tools/program/input_options.h"
 #include "tools/program/mending.h"
@@ -29,7 +32,6 @@
 #include "tools/program/motion_options.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/part_option.h"
-#include "tools/program/solid_input.h"
 #include "tools/program/t4d_output.h"
 #include "tools/program/voxel_series.h"
 
@@ -339,9 +341,11 @@ Result<TableTools> readTable(const MillArguments& options) {
 /// The stock, in which voxels of this size find room. Adds what is lost of it.
 Result<model::TriangleMesh> readStock(const MillArguments& options,
                                       std::vector<std::string>& losses) {
-  auto stock = SolidInput{options.stock, "", options.mend ? &options.mending : nullptr}.read();
+  ConsoleObserver observer;
+  auto stock =
+      verbs::readSolidInput({options.stock, {}, options.mending.given(options.mend)}, observer);
   if (!stock) return stock.error();
-  if (stock->mended) printNotices(noticesOf(*stock->mended));
+  if (stock->mended) observer.noteEach(verbs::noticesOf(*stock->mended));
   losses.insert(losses.end(), stock->losses.begin(), stock->losses.end());
   model::TriangleMesh& mesh = stock->bodies.front().mesh;
   const std::string crossings = noticeOfCrossings(options.stock, mesh);

@@ -9,8 +9,9 @@
 #include <fmt/format.h>
 
 #include "t4d/mill/tool_shape.h"
+#include "t4d/verbs/solid_input.h"
+#include "tools/program/console_observer.h"
 #include "tools/program/option_checks.h"
-#include "tools/program/solid_input.h"
 
 namespace t4d::tools {
 namespace {
@@ -97,7 +98,8 @@ Result<void> addCylinders(const std::vector<std::string>& given, const std::stri
 }
 
 Result<model::TriangleMesh> readMesh(const std::string& path, std::vector<std::string>& losses) {
-  auto loaded = SolidInput{path}.read();
+  ConsoleObserver observer;
+  auto loaded = verbs::readSolidInput({path}, observer);
   if (!loaded) return loaded.error();
   losses.insert(losses.end(), loaded->losses.begin(), loaded->losses.end());
   return std::move(loaded->bodies.front().mesh);

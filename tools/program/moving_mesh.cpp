@@ -1,8 +1,7 @@
 #include "tools/program/moving_mesh.h"
 
-#include "t4d/formats/motion/motion_reader.h"
-#include "tools/program/console.h"
-#include "tools/program/solid_input.h"
+#include "t4d/formats/triangle/triangle_mesh_formats.h"
+#include "tools/program/console_observer.h"
 
 namespace t4d::tools {
 
@@ -17,21 +16,9 @@ void MovingMeshInput::addTo(CLI::App& command) {
   mending.addTo(command, mend);
 }
 
-Result<MovingMeshInput::Loaded> MovingMeshInput::read() const {
-  auto loaded = SolidInput{model, bodies, mend ? &mending : nullptr, attributes}.read();
-  if (!loaded) return loaded.error();
-  if (loaded->mended) printNotices(noticesOf(*loaded->mended));
-  std::string form;
-  auto poses = formats::readMotion(motion, &form, table.table);
-  if (!poses) return poses.error();
-  if (!form.empty()) printNotices({motion + ": " + form});
-  if (const std::string notice = model::noticeOfHalfTurns(poses->halfTurns); !notice.empty()) {
-    printNotices({motion + ": " + notice});
-  }
-  std::vector<std::string> files = {model, motion};
-  files.insert(files.end(), loaded->otherFiles.begin(), loaded->otherFiles.end());
-  return Loaded{std::move(loaded->bodies), std::move(*poses),         std::move(loaded->losses),
-                std::move(files),          std::move(loaded->mended), std::move(loaded->materials)};
+Result<verbs::LoadedMovingMesh> MovingMeshInput::read() const {
+  ConsoleObserver observer;
+  return verbs::readMovingMesh({{model, {}, mending.given(mend)}, motion, table.table}, observer);
 }
 
 }  // namespace t4d::tools

@@ -10,6 +10,7 @@
 
 #include "t4d/model/error.h"
 #include "t4d/model/part.h"
+#include "t4d/verbs/output_check.h"
 
 /// Validators for option values. A rejected value is a usage error; CLI11 puts the option's name
 /// before the message.
@@ -56,17 +57,11 @@ CLI::Validator vdbFile();
 /// A file name with the extension of a triangle mesh that can be written.
 CLI::Validator writableTriangleMesh();
 
-/// The error message if the file `output` must not be written: it is one of the inputs, under any
-/// name, or a frame in a folder that is one of them.
-std::optional<std::string> misuseOfOutput(const std::string& output,
-                                          std::span<const std::string> inputs);
+using verbs::misuseOfOutput;
+using verbs::misuseOfOutputs;
 
 /// Fails if one of these files cannot be written, so that it shows before the work and not after
 /// it. Empty names are skipped.
 Result<void> checkWritable(std::span<const std::string> outputs);
-
-/// The error message if two of the files to write are one, under any names. "" and "-" are no
-/// files.
-std::optional<std::string> misuseOfOutputs(std::span<const std::string> outputs);
 
 }  // namespace t4d::tools

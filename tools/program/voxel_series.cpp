@@ -6,9 +6,11 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/verbs/flat_caps.h"
 #include "t4d/verbs/lost_parts.h"
 #include "tools/program/console.h"
 #include "tools/program/frame_options.h"
+#include "tools/program/hints.h"
 #include "tools/program/option_checks.h"
 
 namespace t4d::tools {
@@ -54,12 +56,9 @@ voxel4d::Between betweenOf(const std::optional<std::string>& name) {
 
 void noticeCaps(voxel4d::CapStyle caps, const voxel4d::WeaveReport& report,
                 std::vector<std::string>& notices) {
-  const std::uint64_t inCaps = report.capTetrahedra[0] + report.capTetrahedra[1];
-  if (caps != voxel4d::CapStyle::Flat || inCaps <= report.tetrahedra / 2) return;
-  notices.push_back(
-      fmt::format("{} of {} tetrahedra are in the flat caps; --caps graded closes "
-                  "the same solid with fewer",
-                  grouped(inCaps), grouped(report.tetrahedra)));
+  std::vector<std::string> found;
+  verbs::noticeFlatCaps(caps, report, found);
+  for (const std::string& notice : found) notices.push_back(withOption(notice));
 }
 
 void LostPartsOptions::addTo(CLI::App& command) {

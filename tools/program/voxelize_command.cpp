@@ -1,3 +1,4 @@
+#include "t4d/verbs/mending.h"
 #include "t4d/verbs/motion_frames.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
@@ -15,18 +16,18 @@ struct VoxelizeArguments {
 int run(const VoxelizeArguments& options) {
   auto loaded = options.input.read();
   if (!loaded) return report(loaded.error());
-  model::TriangleMesh& mesh = loaded->bodies.front().mesh;
+  model::TriangleMesh& mesh = loaded->solid.bodies.front().mesh;
   std::vector<std::string> notices;
   const auto times = verbs::motionFrameTimes(options.series.times, options.series.voxelSize, mesh,
                                              loaded->motion, options.input.motion, notices);
   if (!times) return report(times.error());
   printNotices(notices);
   auto first = nlohmann::ordered_json::object();
-  if (loaded->mended) first["mend"] = mendJson(*loaded->mended);
+  if (loaded->solid.mended) first["mend"] = verbs::mendJson(*loaded->solid.mended);
   const int done = writeVoxelSeries(
       options.series, *times, voxel4d::movingSolid(std::move(mesh), std::move(loaded->motion)),
       options.input.model, std::move(first));
-  return done == kDone ? reportLosses(loaded->losses) : done;
+  return done == kDone ? reportLosses(loaded->solid.losses) : done;
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "tools/program/mechanism_input.h"
+#include "t4d/verbs/mechanism_input.h"
 
 #include <algorithm>
 
@@ -8,9 +8,9 @@
 #include "t4d/formats/motion/urdf_reader.h"
 #include "t4d/formats/t4d/body_details.h"
 #include "t4d/mesh4d/mechanism_keys.h"
-#include "tools/program/console.h"
+#include "t4d/verbs/mending.h"
 
-namespace t4d::tools {
+namespace t4d::verbs {
 
 bool isUrdf(const std::string& path) { return formats::lowerCaseExtension(path) == ".urdf"; }
 
@@ -22,7 +22,7 @@ namespace {
 
 /// The body that solid `index` hangs on: another one of its link, or of the nearest link towards
 /// the world that has one.
-std::string parentOf(const formats::LoadedMechanism& mechanism, std::size_t index) {
+std::string parentSolid(const formats::LoadedMechanism& mechanism, std::size_t index) {
   for (std::size_t link = mechanism.solids[index].link; link != model::Link::kWorld;
        link = mechanism.mechanism.links[link].parent) {
     const auto first = std::ranges::find(mechanism.solids, link, &formats::MechanismSolid::link);
@@ -32,9 +32,9 @@ std::string parentOf(const formats::LoadedMechanism& mechanism, std::size_t inde
   return {};
 }
 
-formats::BodyInfo infoOf(const formats::LoadedMechanism& mechanism, std::size_t index) {
+formats::BodyInfo solidInfo(const formats::LoadedMechanism& mechanism, std::size_t index) {
   const formats::MechanismSolid& solid = mechanism.solids[index];
-  formats::BodyInfo info{.name = solid.name, .parent = parentOf(mechanism, index)};
+  formats::BodyInfo info{.name = solid.name, .parent = parentSolid(mechanism, index)};
   const std::string& link = mechanism.mechanism.links[solid.link].name;
   if (link != solid.name) formats::setLink(info, link);
   return info;
@@ -42,28 +42,30 @@ formats::BodyInfo infoOf(const formats::LoadedMechanism& mechanism, std::size_t 
 
 }  // namespace
 
-Result<MechanismInput::Loaded> MechanismInput::read() const {
+Result<MechanismBodies> readMechanismBodies(const MechanismInput& input, Observer& observer) {
   formats::UrdfOptions how;
-  if (!geometry.empty()) how.geometry = geometry;
-  auto read = isUrdf(path) ? formats::readUrdf(path, motion, how) : formats::readMechanism(path);
+  if (!input.geometry.empty()) how.geometry = input.geometry;
+  auto read = isUrdf(input.path) ? formats::readUrdf(input.path, input.motion, how)
+                                 : formats::readMechanism(input.path);
   if (!read) return read.error();
-  for (const std::string& notice : read->notices) printNotices({path + ": " + notice});
-  Loaded loaded;
+  for (const std::string& notice : read->notices) observer.note(input.path + ": " + notice);
+  MechanismBodies loaded;
   for (formats::MechanismSolid& solid : read->solids) {
-    if (mending == nullptr) continue;
-    auto done = mend(solid.mesh, *mending, solid.where);
+    if (!input.mending) continue;
+    auto done = mendSolid(solid.mesh, *input.mending, solid.where, observer);
     if (!done) return done.error();
     addMended(*done, solid.name, loaded.mended);
   }
-  if (loaded.mended) printNotices(noticesOf(*loaded.mended));
+  if (loaded.mended) observer.noteEach(noticesOf(*loaded.mended));
   const auto mechanism = std::make_shared<const formats::LoadedMechanism>(std::move(*read));
   std::vector<mesh4d::LinkSolid> solids;
   for (const formats::MechanismSolid& solid : mechanism->solids) {
     solids.push_back({&solid.mesh, solid.link, solid.place});
   }
-  auto keys = mesh4d::mechanismKeys(mechanism->mechanism, solids, steps, prism, !ownSteps);
+  auto keys = mesh4d::mechanismKeys(mechanism->mechanism, solids, input.steps, input.prism,
+                                    !input.ownSteps);
   if (!keys) {
-    if (keys.error().where.empty()) keys.error().where = path;
+    if (keys.error().where.empty()) keys.error().where = input.path;
     return keys.error();
   }
   for (std::size_t i = 0; i < solids.size(); ++i) {
@@ -71,15 +73,15 @@ Result<MechanismInput::Loaded> MechanismInput::read() const {
     body.runs.push_back(std::move((*keys)[i].keys));
     loaded.chordBound = std::max(loaded.chordBound, (*keys)[i].chordBound);
     loaded.bodies.push_back(std::move(body));
-    loaded.infos.push_back(infoOf(*mechanism, i));
+    loaded.infos.push_back(solidInfo(*mechanism, i));
     if (mechanism->mechanism.moves(mechanism->solids[i].link)) {
       formats::setChordBound(loaded.infos.back(), (*keys)[i].chordBound);
     }
   }
-  loaded.files.push_back(path);
+  loaded.files.push_back(input.path);
   for (const auto& file : mechanism->otherFiles) loaded.files.push_back(file.string());
   loaded.mechanism = mechanism;
   return loaded;
 }
 
-}  // namespace t4d::tools
+}  // namespace t4d::verbs

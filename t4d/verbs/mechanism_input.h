@@ -1,0 +1,45 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "t4d/edit/mend_surface.h"
+#include "t4d/formats/gltf/gltf_animation.h"
+#include "t4d/formats/motion/mechanism_reader.h"
+#include "t4d/formats/t4d/metadata.h"
+#include "t4d/mesh4d/prism.h"
+#include "t4d/mesh4d/steps.h"
+#include "t4d/verbs/observer.h"
+
+namespace t4d::verbs {
+
+/// Whether a file is a mechanism by its name: a .json or a .urdf.
+bool isMechanism(const std::string& path);
+bool isUrdf(const std::string& path);
+
+/// A mechanism, and how its solids become 4D meshes.
+struct MechanismInput {
+  std::string path;
+  std::string motion = {};    ///< of a .urdf: the table of its joints
+  std::string geometry = {};  ///< of a .urdf, as formats::UrdfOptions; "" for default
+  mesh4d::StepRule steps = {};
+  mesh4d::PrismSplit prism = mesh4d::PrismSplit::Fourteen;
+  bool ownSteps = false;                                 ///< of each body, and not common ones
+  std::optional<edit::MendSurfaceOptions> mending = {};  ///< nothing: solids as they are
+};
+
+struct MechanismBodies {
+  std::shared_ptr<const formats::LoadedMechanism> mechanism;  ///< that the keys refer to
+  std::vector<formats::AnimatedBody> bodies;
+  std::vector<formats::BodyInfo> infos = {};  ///< of each body
+  double chordBound = 0;                      ///< in length units, of all bodies
+  std::vector<std::string> files = {};        ///< all that were read
+  std::optional<edit::MendSurfaceReport> mended = {};
+};
+
+/// Reads a mechanism. The observer gets its notices.
+Result<MechanismBodies> readMechanismBodies(const MechanismInput& input, Observer& observer);
+
+}  // namespace t4d::verbs

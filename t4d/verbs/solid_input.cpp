@@ -1,0 +1,79 @@
+#include "t4d/verbs/solid_input.h"
+
+#include <filesystem>
+#include <set>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "t4d/formats/triangle/triangle_mesh_reader.h"
+#include "t4d/verbs/mending.h"
+
+namespace t4d::verbs {
+namespace {
+
+Result<LoadedSolid> readOneBody(const SolidInput& input, Observer& observer) {
+  auto read = [&] {
+    const auto stage = observer.stage("reading " + input.path);
+    return formats::readTriangleMesh(input.path);
+  }();
+  if (!read) return read.error();
+  LoadedSolid loaded;
+  observer.noteEach(read->notices);
+  if (input.attributes) {
+    read->mesh.attributes = std::move(read->attributes);
+    read->losses = std::move(read->lossesBesideAttributes);
+    loaded.materials = std::move(read->materials);
+    observer.noteEach(read->attributeNotices);
+  }
+  loaded.bodies.push_back(
+      {std::filesystem::path(input.path).stem().string(), std::move(read->mesh)});
+  loaded.losses = std::move(read->losses);
+  for (const auto& file : read->otherFiles) loaded.otherFiles.push_back(file.string());
+  return loaded;
+}
+
+Result<LoadedSolid> readDividedBodies(const SolidInput& input, Observer& observer) {
+  auto read = formats::readMeshBodies(input.path, *input.bodies);
+  if (!read) return read.error();
+  LoadedSolid loaded;
+  observer.noteEach(read->notices);
+  loaded.bodies = std::move(read->bodies);
+  if (input.attributes) {
+    loaded.materials = std::move(read->materials);
+    observer.noteEach(read->attributeNotices);
+  } else {
+    for (formats::NamedMesh& body : loaded.bodies) body.mesh.attributes.clear();
+  }
+  return loaded;
+}
+
+}  // namespace
+
+Result<LoadedSolid> readSolidInput(const SolidInput& input, Observer& observer) {
+  const bool one = !input.bodies;
+  auto loaded = one ? readOneBody(input, observer) : readDividedBodies(input, observer);
+  if (!loaded || !input.mending) return loaded;
+  // Mended triangles have other vertices.
+  std::set<std::string> dropped;
+  for (formats::NamedMesh& body : loaded->bodies) {
+    for (const model::Attribute& attribute : body.mesh.attributes) dropped.insert(attribute.name);
+    body.mesh.attributes.clear();
+  }
+  if (!dropped.empty()) {
+    observer.note(fmt::format("attributes are not kept where a mesh is mended: {}",
+                              fmt::join(dropped, ", ")));
+  }
+  loaded->materials.clear();
+  for (formats::NamedMesh& body : loaded->bodies) {
+    const std::string where =
+        one ? input.path : fmt::format("{}: body '{}'", input.path, body.name);
+    auto done = mendSolid(body.mesh, *input.mending, where, observer);
+    if (!done) return done.error();
+    addMended(*done, one ? "" : body.name, loaded->mended);
+  }
+  return loaded;
+}
+
+}  // namespace t4d::verbs

@@ -1,0 +1,93 @@
+#include "t4d/verbs/sweep.h"
+
+#include <chrono>
+
+#include <fmt/format.h>
+
+#include "t4d/verbs/output_check.h"
+#include "t4d/verbs/sweep_parts.h"
+
+namespace t4d::verbs {
+namespace {
+
+/// Why these options contradict each other; "" if they do not.
+std::string contradictionIn(const SweepOptions& options) {
+  const auto* moved = std::get_if<MotionSweep>(&options.what);
+  const auto* deformed = std::get_if<DeformationSweep>(&options.what);
+  if (deformed != nullptr && deformed->files.empty()) return "no file is given";
+  if (options.mending) {
+    if (std::holds_alternative<AnimationSweep>(options.what)) return "animations are not mended";
+    if (deformed != nullptr && (options.mending->remesh || options.mending->maxMove)) {
+      return "mending a deformation moves no vertex: it has no limit for that, and no voxels";
+    }
+  }
+  if (options.part.count == 1) return {};
+  if (deformed == nullptr && (moved == nullptr || moved->bodies)) {
+    return "parts are made of the sweep of one body, not of several bodies";
+  }
+  if (moved != nullptr && moved->voxels) return "parts are made by the mesh method alone";
+  if (options.output.center) return "a part cannot be centred: the parts would not meet";
+  return {};
+}
+
+/// The names of the bodies, of which one can be given.
+Result<std::vector<formats::BodyInfo>> namedBodies(const SweepInput& input,
+                                                   const std::string& name) {
+  std::vector<formats::BodyInfo> bodies = input.infos;
+  if (bodies.empty() || name.empty()) return bodies;
+  if (bodies.size() > 1) {
+    return fail(ErrorCode::Options,
+                fmt::format("a name is given for one body; the bodies are the {}", input.bodyWord));
+  }
+  bodies.front().name = name;
+  return bodies;
+}
+
+}  // namespace
+
+mesh4d::SweepOptions meshMethodOf(const SweepOptions& options) {
+  mesh4d::SweepOptions how{.caps = options.caps, .prism = options.prism, .part = options.part};
+  if (const auto* moved = std::get_if<MotionSweep>(&options.what)) how.steps = moved->steps;
+  return how;
+}
+
+Result<SweepReport> sweep(const SweepOptions& options, Observer& observer) {
+  const std::string& output = options.output.path;
+  if (const std::string why = contradictionIn(options); !why.empty()) {
+    return fail(ErrorCode::Options, why);
+  }
+  if (const auto misuse = misuseOfOutput(output, namedFilesOf(options))) {
+    return fail(ErrorCode::Options, *misuse);
+  }
+  const auto begin = std::chrono::steady_clock::now();
+  auto input = readSweepInput(options, observer);
+  if (!input) return input.error();
+  if (const auto misuse = misuseOfOutput(output, input->files)) {
+    return fail(ErrorCode::Options, *misuse);
+  }
+  const auto bodies = namedBodies(*input, options.output.body);
+  if (!bodies) return bodies.error();
+  const auto* moved = std::get_if<MotionSweep>(&options.what);
+  auto file = T4dFile::create(
+      options.output, {moved != nullptr && moved->voxels ? "voxel4d" : "mesh4d", modelOf(options),
+                       input->lengthUnit, input->timeUnit, sweepDetails(options, input->materials),
+                       *bodies, "", input->up});
+  if (!file) return file.error();
+  auto report = moved != nullptr ? sweepByMotion(options, *input, *file, observer)
+                                 : sweepThroughKeys(options, *input, *file, observer);
+  if (!report) return report.error();
+  const auto bytes = file->finish();
+  if (!bytes) return bytes.error();
+
+  report->bytes = *bytes;
+  if (input->chordBound) report->chordBound = input->chordBound;
+  report->tolerance = input->tolerance;
+  report->halfTurns = std::move(input->halfTurns);
+  report->mended = std::move(input->mended);
+  report->losses = std::move(input->losses);
+  for (std::string& loss : file->losses()) report->losses.push_back(std::move(loss));
+  report->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return report;
+}
+
+}  // namespace t4d::verbs

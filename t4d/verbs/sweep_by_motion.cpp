@@ -1,0 +1,100 @@
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "t4d/verbs/flat_caps.h"
+#include "t4d/verbs/lost_parts.h"
+#include "t4d/verbs/motion_frames.h"
+#include "t4d/verbs/sweep_parts.h"
+#include "t4d/voxel4d/voxelize.h"
+
+namespace t4d::verbs {
+namespace {
+
+Result<SweepReport> sweepMesh(const SweepOptions& options, const model::TriangleMesh& mesh,
+                              const model::Motion& motion, model::Sink& sink, Observer& observer) {
+  const auto stage = observer.stage("sweeping");
+  const auto done = mesh4d::sweep(mesh, motion, meshMethodOf(options), sink, stage->callback());
+  if (!done) return done.error();
+  SweepReport report;
+  report.vertices = done->vertices;
+  report.tetrahedra = done->tetrahedra;
+  report.steps = done->steps;
+  report.capTetrahedra = done->capTetrahedra;
+  report.chordBound = done->chordBound;
+  report.notices = done->notices;
+  return report;
+}
+
+Result<SweepReport> sweepVoxels(const VoxelMethod& how, const model::TriangleMesh& mesh,
+                                const model::Motion& motion, const std::string& motionFile,
+                                model::Sink& sink, Observer& observer) {
+  SweepReport report;
+  auto times = motionFrameTimes(how.times, how.voxelSize, mesh, motion, motionFile, report.notices);
+  if (!times) return times.error();
+  if (!how.ignored.empty()) {
+    report.notices.push_back(fmt::format("voxel4d ignores {}", fmt::join(how.ignored, ", ")));
+  }
+  const auto frames = voxel4d::voxelFrames(voxel4d::movingSolid(mesh, motion), std::move(*times),
+                                           {how.voxelSize, how.mask});
+  const auto stage = observer.stage("voxelising and weaving", frames->frameCount(), "frames");
+  voxel4d::WeaveOptions weaving;
+  weaving.caps = how.caps;
+  weaving.between = how.between;
+  const auto woven = voxel4d::weave(*frames, weaving, sink, stage->callback());
+  if (!woven) return woven.error();
+  noticeFlatCaps(how.caps, *woven, report.notices);
+  noticeLostParts(woven->partsLost, report.notices);
+  report.vertices = woven->vertices;
+  report.tetrahedra = woven->tetrahedra;
+  report.steps = woven->frames - 1;
+  report.capTetrahedra = woven->capTetrahedra;
+  return report;
+}
+
+/// Adds what one of several bodies became.
+void addSwept(const std::string& name, const SweepReport& body, SweepReport& all) {
+  all.vertices += body.vertices;
+  all.tetrahedra += body.tetrahedra;
+  all.steps += body.steps;
+  for (const int end : {0, 1}) all.capTetrahedra[end] += body.capTetrahedra[end];
+  if (body.chordBound) all.chordBound = std::max(all.chordBound.value_or(0), *body.chordBound);
+  for (const std::string& notice : body.notices) {
+    all.notices.push_back(fmt::format("body '{}': {}", name, notice));
+  }
+  all.bodies.push_back({name, body.vertices, body.tetrahedra, body.steps});
+}
+
+}  // namespace
+
+Result<SweepReport> sweepByMotion(const SweepOptions& options, const SweepInput& input,
+                                  T4dFile& file, Observer& observer) {
+  const auto& what = std::get<MotionSweep>(options.what);
+  const auto& [solids, motion] = std::get<SolidsInMotion>(input.moving);
+  SweepReport all;
+  for (std::size_t i = 0; i < solids.size(); ++i) {
+    file.setBody(i);
+    const formats::NamedMesh& solid = solids[i];
+    auto done = what.voxels
+                    ? sweepVoxels(*what.voxels, solid.mesh, motion, what.motion, file, observer)
+                    : sweepMesh(options, solid.mesh, motion, file, observer);
+    if (!done) {
+      // Errors about the mesh or the motion do not name its file.
+      Error error = done.error();
+      if (!error.where.empty()) return error;
+      if (error.remedy == Remedy::Motion || error.remedy == Remedy::StepRule) {
+        error.where = what.motion;
+      } else {
+        error.where =
+            what.bodies ? fmt::format("{}: body '{}'", what.solid, solid.name) : what.solid;
+      }
+      return error;
+    }
+    if (!what.bodies) return done;
+    addSwept(solid.name, *done, all);
+  }
+  return all;
+}
+
+}  // namespace t4d::verbs

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "t4d/formats/gltf/gltf_animation.h"
+#include "t4d/formats/motion/mechanism_reader.h"
+#include "t4d/formats/t4d/metadata.h"
+#include "t4d/formats/triangle/triangle_mesh_writer.h"
+#include "t4d/model/motion.h"
+#include "t4d/verbs/observer.h"
+#include "t4d/verbs/sweep.h"
+#include "t4d/verbs/t4d_file.h"
+
+/// The parts of verbs::sweep: reading, and sweeping by a motion or through keys.
+namespace t4d::verbs {
+
+/// Solids that move by one motion.
+struct SolidsInMotion {
+  std::vector<formats::NamedMesh> solids;
+  model::Motion motion;
+};
+
+/// Bodies whose vertices have keys.
+struct BodiesWithKeys {
+  std::shared_ptr<const formats::LoadedMechanism> mechanism = {};  ///< that the keys refer to
+  std::vector<formats::AnimatedBody> bodies = {};
+  std::vector<std::filesystem::path> keyFiles = {};  ///< as formats::LoadedDeformation
+};
+
+/// What moves and how, as read from files.
+struct SweepInput {
+  std::variant<SolidsInMotion, BodiesWithKeys> moving;
+  std::vector<formats::BodyInfo> infos = {};  ///< of bodies with names; empty for one without
+  std::string bodyWord = {};                  ///< what these bodies are in the input, plural
+  std::optional<double> tolerance = {};       ///< of an animation
+  std::optional<double> chordBound = {};      ///< of a mechanism
+  std::vector<model::HalfTurn> halfTurns = {};
+  std::string lengthUnit = {};
+  std::string timeUnit = {};
+  std::string up = "y";
+  std::vector<std::string> losses = {};
+  std::vector<std::string> files = {};  ///< all that were read
+  std::optional<edit::MendSurfaceReport> mended = {};
+  std::vector<std::string> materials = {};  ///< the names that the attribute `material` numbers
+};
+
+/// The observer gets the notices of files.
+Result<SweepInput> readSweepInput(const SweepOptions& options, Observer& observer);
+
+/// The file of the solid, or the first one.
+const std::string& modelOf(const SweepOptions& options);
+
+/// The files that the options name.
+std::vector<std::string> namedFilesOf(const SweepOptions& options);
+
+/// How the file was made, for its metadata: JSON.
+std::string sweepDetails(const SweepOptions& options, const std::vector<std::string>& materials);
+
+/// Options of the mesh method.
+mesh4d::SweepOptions meshMethodOf(const SweepOptions& options);
+
+/// Each solid is a body of the file.
+Result<SweepReport> sweepByMotion(const SweepOptions& options, const SweepInput& input,
+                                  T4dFile& file, Observer& observer);
+
+/// Each body with its keys is one of the file.
+Result<SweepReport> sweepThroughKeys(const SweepOptions& options, const SweepInput& input,
+                                     T4dFile& file, Observer& observer);
+
+}  // namespace t4d::verbs
