@@ -84,8 +84,11 @@
 
 // What the verbs of the program do to files.
 #if __has_include("t4d/verbs/diff.h")
+#include "t4d/verbs/compare.h"
+#include "t4d/verbs/compare_methods.h"
 #include "t4d/verbs/diff.h"
 #include "t4d/verbs/recover.h"
+#include "t4d/verbs/sweep.h"
 #include "t4d/verbs/validate.h"
 #endif
 

@@ -17,6 +17,9 @@ namespace t4d::tools {
 namespace {
 
 using measure::SliceComparison;
+using verbs::ComparedMesh;
+using verbs::CompareReport;
+using verbs::Comparison;
 
 constexpr std::string_view kStyle = R"(
 .slices td:first-child, .slices th:first-child { text-align: right; }
@@ -104,7 +107,7 @@ std::string convergenceOf(const CompareReport& report) {
 
 }  // namespace
 
-std::string comparePage(const CompareReport& report) {
+std::string comparePage(const std::string& title, const CompareReport& report) {
   const Comparison& comparison = report.comparisons.back();
   std::string html = fmt::format(
       "<p><span class=\"key a\">a</span> is {}, <span class=\"key b\">b</span> is {}.</p>\n",
@@ -129,7 +132,7 @@ std::string comparePage(const CompareReport& report) {
       "not in the other; the Hausdorff distance is how far the farthest point of one surface is "
       "from the other.</p>\n";
   html += tableOf(sliceTable(report, comparison), "slices");
-  return htmlPage(report.title, std::string(kStyle).append(kPairStyle), html);
+  return htmlPage(title, std::string(kStyle).append(kPairStyle), html);
 }
 
 }  // namespace t4d::tools

@@ -5,12 +5,17 @@
 
 #include "tools/program/compare_page.h"
 #include "tools/program/console.h"
-#include "tools/report/convergence_plot.h"
 
 namespace t4d::tools {
 namespace {
 
 using measure::SliceComparison;
+using verbs::CellQuantiles;
+using verbs::CellShapes;
+using verbs::ComparedMesh;
+using verbs::CompareReport;
+using verbs::Comparison;
+using verbs::ConvergenceOrders;
 
 std::string numberText(double value) { return fmt::format("{:.9g}", value); }
 
@@ -35,52 +40,7 @@ std::string hypervolumeUnit(const CompareReport& report) {
   return fmt::format(" [{}³ {}]", report.lengthUnit, report.timeUnit);
 }
 
-/// The errors that exceed rounding, over the voxel size.
-template <class ErrorOf>
-std::optional<double> orderBy(std::span<const Comparison> comparisons, ErrorOf errorOf) {
-  constexpr double kRounding = 1e-12;
-  std::vector<std::pair<double, double>> points;
-  for (const Comparison& comparison : comparisons) {
-    const std::optional<double> error = errorOf(comparison);
-    if (!comparison.b.voxelSize || !error || !(std::abs(*error) > kRounding)) continue;
-    points.emplace_back(*comparison.b.voxelSize, std::abs(*error));
-  }
-  return orderOf(points);
-}
-
 }  // namespace
-
-std::optional<double> ComparedMesh::hypervolumeError() const {
-  if (!hypervolumeExpected || *hypervolumeExpected == 0) return std::nullopt;
-  return hypervolume / *hypervolumeExpected - 1;
-}
-
-std::optional<double> Comparison::meanDifference() const {
-  double difference = 0;
-  double volume = 0;
-  for (const SliceComparison& slice : slices) {
-    difference += slice.difference.volume;
-    volume += slice.volumeA;
-  }
-  if (!(volume > 0)) return std::nullopt;
-  return difference / volume;
-}
-
-double Comparison::largestHausdorff() const {
-  double largest = 0;
-  for (const SliceComparison& slice : slices) {
-    const double distance = slice.distance.hausdorff();
-    if (std::isfinite(distance)) largest = std::max(largest, distance);
-  }
-  return largest;
-}
-
-ConvergenceOrders ordersOf(std::span<const Comparison> comparisons) {
-  return {orderBy(comparisons, [](const Comparison& c) { return c.b.hypervolumeError(); }),
-          orderBy(comparisons, [](const Comparison& c) { return c.meanDifference(); }),
-          orderBy(comparisons,
-                  [](const Comparison& c) { return std::optional<double>(c.largestHausdorff()); })};
-}
 
 Table meshTable(const CompareReport& report, const Comparison& comparison) {
   const ComparedMesh& a = comparison.a;

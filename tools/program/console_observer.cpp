@@ -11,6 +11,6 @@ std::unique_ptr<verbs::Stage> ConsoleObserver::stage(std::string title, std::uin
   return std::make_unique<ProgressBar>(std::move(title), total, std::move(units));
 }
 
-void ConsoleObserver::note(const std::string& notice) { printNotices({withOption(notice)}); }
+void ConsoleObserver::note(const std::string& notice) { printNotices({withAdvice(notice)}); }
 
 }  // namespace t4d::tools

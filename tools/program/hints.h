@@ -14,7 +14,7 @@ std::string hintFor(const Error& error);
 /// The same for a file that was read as .t4d and is invalid.
 std::string hintForFile(const std::string& path);
 
-/// The notice, with the option that changes what it says, if there is one.
-std::string withOption(std::string notice);
+/// The notice, and what to do about it, if there is advice.
+std::string withAdvice(std::string notice);
 
 }  // namespace t4d::tools

@@ -4,16 +4,11 @@
 #include <string>
 #include <string_view>
 
-#include "t4d/model/triangle_mesh.h"
+#include "t4d/verbs/compare.h"
 
 namespace t4d::tools {
 
-/// Two solids at one time.
-struct SolidPair {
-  double time = 0;
-  model::TriangleMesh a;
-  model::TriangleMesh b;
-};
+using verbs::SolidPair;
 
 /// What is said of pairs that are shown.
 struct PairCaptions {

@@ -58,7 +58,7 @@ void noticeCaps(voxel4d::CapStyle caps, const voxel4d::WeaveReport& report,
                 std::vector<std::string>& notices) {
   std::vector<std::string> found;
   verbs::noticeFlatCaps(caps, report, found);
-  for (const std::string& notice : found) notices.push_back(withOption(notice));
+  for (const std::string& notice : found) notices.push_back(withAdvice(notice));
 }
 
 void LostPartsOptions::addTo(CLI::App& command) {

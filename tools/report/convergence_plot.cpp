@@ -25,23 +25,6 @@ Range rangeOf(const std::pair<double, double>& values) {
 
 }  // namespace
 
-std::optional<double> orderOf(const std::vector<std::pair<double, double>>& points) {
-  double x = 0;
-  double y = 0;
-  for (const auto& [size, error] : points) {
-    x += std::log(size) / static_cast<double>(points.size());
-    y += std::log(error) / static_cast<double>(points.size());
-  }
-  double xx = 0;
-  double xy = 0;
-  for (const auto& [size, error] : points) {
-    xx += (std::log(size) - x) * (std::log(size) - x);
-    xy += (std::log(size) - x) * (std::log(error) - y);
-  }
-  if (!(xx > 0)) return std::nullopt;
-  return xy / xx;
-}
-
 std::string svgOf(const ConvergencePlot& plot) {
   const Range x = rangeOf(plot.sizes);
   const Range y = rangeOf(plot.errors);

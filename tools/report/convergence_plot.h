@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,10 +12,6 @@ struct ErrorCurve {
   std::string cssClass;
   std::vector<std::pair<double, double>> points;  ///< size, error
 };
-
-/// The order of convergence: the slope of the least-squares line through the points' logarithms.
-/// Empty for fewer than two different sizes.
-std::optional<double> orderOf(const std::vector<std::pair<double, double>>& points);
 
 /// An <svg> element: errors over sizes with logarithmic axes, on which errors of the same order lie
 /// on parallel lines. A dashed line of order `order` starts at each curve's first point, with the

@@ -1,18 +1,50 @@
-#include "tools/program/compare_text.h"
-
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/verbs/compare.h"
 #include "t4d/verbs/json_text.h"
-#include "tools/program/console.h"
 
-namespace t4d::tools {
+namespace t4d::verbs {
 namespace {
 
 using measure::SliceComparison;
 using nlohmann::ordered_json;
+
+/// The slope of the least-squares line through the points' logarithms; empty for fewer than two
+/// different sizes.
+std::optional<double> logarithmicSlope(const std::vector<std::pair<double, double>>& points) {
+  double x = 0;
+  double y = 0;
+  for (const auto& [size, error] : points) {
+    x += std::log(size) / static_cast<double>(points.size());
+    y += std::log(error) / static_cast<double>(points.size());
+  }
+  double xx = 0;
+  double xy = 0;
+  for (const auto& [size, error] : points) {
+    xx += (std::log(size) - x) * (std::log(size) - x);
+    xy += (std::log(size) - x) * (std::log(error) - y);
+  }
+  if (!(xx > 0)) return std::nullopt;
+  return xy / xx;
+}
+
+/// The errors that exceed rounding, over the voxel size.
+template <class ErrorOf>
+std::optional<double> orderBy(std::span<const Comparison> comparisons, ErrorOf errorOf) {
+  constexpr double kRounding = 1e-12;
+  std::vector<std::pair<double, double>> points;
+  for (const Comparison& comparison : comparisons) {
+    const std::optional<double> error = errorOf(comparison);
+    if (!comparison.b.voxelSize || !error || !(std::abs(*error) > kRounding)) continue;
+    points.emplace_back(*comparison.b.voxelSize, std::abs(*error));
+  }
+  return logarithmicSlope(points);
+}
 
 ordered_json jsonOf(const CellQuantiles& quantiles) {
   const auto number = [](double value) {
@@ -29,8 +61,8 @@ ordered_json jsonOf(const ComparedMesh& mesh) {
                         {"vertices", mesh.vertices},
                         {"tetrahedra", mesh.tetrahedra},
                         {"bytes", mesh.bytes},
-                        {"seconds", verbs::orNull(mesh.seconds)},
-                        {"peak_bytes", verbs::orNull(mesh.peakBytes)},
+                        {"seconds", orNull(mesh.seconds)},
+                        {"peak_bytes", orNull(mesh.peakBytes)},
                         {"hypervolume", mesh.hypervolume},
                         {"quality",
                          {{"time_scale", mesh.shapes.timeScale},
@@ -63,32 +95,52 @@ ordered_json convergenceJson(const CompareReport& report) {
   ordered_json levels = ordered_json::array();
   for (const Comparison& comparison : report.comparisons) {
     ordered_json level = jsonOf(comparison.b);
-    level["symmetric_difference"] = verbs::orNull(comparison.meanDifference());
+    level["symmetric_difference"] = orNull(comparison.meanDifference());
     level["hausdorff"] = comparison.largestHausdorff();
     levels.push_back(std::move(level));
   }
   const ConvergenceOrders orders = ordersOf(report.comparisons);
   return {{"levels", std::move(levels)},
-          {"order_hypervolume", verbs::orNull(orders.hypervolume)},
-          {"order_symmetric_difference", verbs::orNull(orders.difference)},
-          {"order_hausdorff", verbs::orNull(orders.hausdorff)}};
+          {"order_hypervolume", orNull(orders.hypervolume)},
+          {"order_symmetric_difference", orNull(orders.difference)},
+          {"order_hausdorff", orNull(orders.hausdorff)}};
 }
 
 }  // namespace
 
-void printText(const CompareReport& report) {
-  const Comparison& comparison = report.comparisons.back();
-  print("{}\n\n", report.title);
-  if (report.comparisons.size() > 1) {
-    printTable(convergenceTable(report), "lr");
-    return;
-  }
-  printTable(meshTable(report, comparison), "lr");
-  print("\n");
-  printTable(sliceTable(report, comparison), "r");
+std::optional<double> ComparedMesh::hypervolumeError() const {
+  if (!hypervolumeExpected || *hypervolumeExpected == 0) return std::nullopt;
+  return hypervolume / *hypervolumeExpected - 1;
 }
 
-ordered_json compareJson(const CompareReport& report) {
+std::optional<double> Comparison::meanDifference() const {
+  double difference = 0;
+  double volume = 0;
+  for (const SliceComparison& slice : slices) {
+    difference += slice.difference.volume;
+    volume += slice.volumeA;
+  }
+  if (!(volume > 0)) return std::nullopt;
+  return difference / volume;
+}
+
+double Comparison::largestHausdorff() const {
+  double largest = 0;
+  for (const SliceComparison& slice : slices) {
+    const double distance = slice.distance.hausdorff();
+    if (std::isfinite(distance)) largest = std::max(largest, distance);
+  }
+  return largest;
+}
+
+ConvergenceOrders ordersOf(std::span<const Comparison> comparisons) {
+  return {orderBy(comparisons, [](const Comparison& c) { return c.b.hypervolumeError(); }),
+          orderBy(comparisons, [](const Comparison& c) { return c.meanDifference(); }),
+          orderBy(comparisons,
+                  [](const Comparison& c) { return std::optional<double>(c.largestHausdorff()); })};
+}
+
+std::string jsonOf(const CompareReport& report) {
   const Comparison& comparison = report.comparisons.back();
   ordered_json value = {{"length_unit", report.lengthUnit},
                         {"time_unit", report.timeUnit},
@@ -96,10 +148,10 @@ ordered_json compareJson(const CompareReport& report) {
                         {"b", jsonOf(comparison.b)},
                         {"slices", jsonOf(comparison.slices)}};
   if (report.comparisons.size() > 1) value["convergence"] = convergenceJson(report);
-  return value;
+  return jsonText(value);
 }
 
-std::string compareCsv(const CompareReport& report) {
+std::string csvOf(const CompareReport& report) {
   const bool voxels = report.comparisons.front().b.voxelSize.has_value();
   std::string csv = voxels ? "voxel_size,frames," : "";
   csv += "time,volume_a,volume_b,area_a,area_b,symmetric_difference,hausdorff\n";
@@ -117,4 +169,4 @@ std::string compareCsv(const CompareReport& report) {
   return csv;
 }
 
-}  // namespace t4d::tools
+}  // namespace t4d::verbs
