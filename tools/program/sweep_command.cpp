@@ -265,7 +265,7 @@ int run(const SweepArguments& options) {
   if (!done) return report(done.error());
   observer.noteEach(done->notices);
   if (options.json) {
-    printText(jsonOf(*done, peakBytes()) + "\n");
+    tools::printText(jsonOf(*done, peakBytes()) + "\n");
   } else {
     printReport(*done, options);
   }
