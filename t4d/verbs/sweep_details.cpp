@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/verbs/sweep_parts.h"
+#include "t4d/verbs/weave_names.h"
 
 namespace t4d::verbs {
 namespace {
@@ -24,26 +25,13 @@ void addRule(const mesh4d::StepRule& rule, ordered_json& parameters) {
   }
 }
 
-const char* nameOfCaps(voxel4d::CapStyle caps) {
-  switch (caps) {
-    case voxel4d::CapStyle::HalfStep:
-      return "half-step";
-    case voxel4d::CapStyle::Graded:
-      return "graded";
-    default:
-      return "flat";
-  }
-}
-
 ordered_json voxelParameters(const VoxelMethod& how) {
   ordered_json parameters;
   parameters["voxel_size"] = how.voxelSize;
   if (how.times.count) parameters["frames"] = *how.times.count;
   if (how.times.step) parameters["frame_time"] = *how.times.step;
   parameters["mask"] = how.mask;
-  if (how.mask) {
-    parameters["between"] = how.between == voxel4d::Between::Midpoint ? "midpoint" : "distance";
-  }
+  if (how.mask) parameters["between"] = nameOfBetween(how.between);
   parameters["caps"] = nameOfCaps(how.caps);
   return parameters;
 }

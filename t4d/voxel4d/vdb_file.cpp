@@ -186,7 +186,8 @@ Result<std::unique_ptr<VdbFile>> VdbFile::open(const std::filesystem::path& path
   std::string magic(kMagic.size(), '\0');
   file->stream_.read(magic.data(), static_cast<std::streamsize>(magic.size()));
   if (!file->stream_ || magic != kMagic) {
-    return invalid(file->size_ == 0 ? "is empty" : "is not a VDB file", path.string());
+    if (file->size_ == 0) return invalid("is empty", path.string());
+    return invalid("is not a VDB file", path.string(), Remedy::FrameFormat);
   }
   file->stream_.seekg(0);
   // OpenVDB does not check whether its reads succeed.

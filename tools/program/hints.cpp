@@ -174,6 +174,7 @@ std::string hintFor(const Error& error) {
     case Remedy::NotExact:
     case Remedy::Center:
     case Remedy::Motion:
+    case Remedy::FrameFormat:
     case Remedy::None:
       break;
   }

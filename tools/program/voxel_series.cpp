@@ -6,11 +6,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/verbs/flat_caps.h"
 #include "t4d/verbs/lost_parts.h"
+#include "t4d/verbs/weave_names.h"
 #include "tools/program/console.h"
 #include "tools/program/frame_options.h"
-#include "tools/program/hints.h"
 #include "tools/program/option_checks.h"
 
 namespace t4d::tools {
@@ -26,18 +25,15 @@ void addFrameTimes(CLI::App& command, voxel4d::FrameTimes& times, const std::str
 }
 
 const std::vector<std::string>& voxelCaps() {
-  static const std::vector<std::string> names = {"flat", "half-step", "graded"};
+  static const std::vector<std::string> names(verbs::kCapStyleNames.begin(),
+                                              verbs::kCapStyleNames.end());
   return names;
 }
 
-bool isVoxelCaps(const std::string& name) {
-  return std::ranges::find(voxelCaps(), name) != voxelCaps().end();
-}
+bool isVoxelCaps(const std::string& name) { return verbs::capStyleOf(name).has_value(); }
 
 voxel4d::CapStyle voxelCapStyle(const std::string& name) {
-  if (name == "half-step") return voxel4d::CapStyle::HalfStep;
-  if (name == "graded") return voxel4d::CapStyle::Graded;
-  return voxel4d::CapStyle::Flat;
+  return verbs::capStyleOf(name).value_or(voxel4d::CapStyle::Flat);
 }
 
 void addBetween(CLI::App& command, std::optional<std::string>& between, const std::string& prefix) {
@@ -46,19 +42,13 @@ void addBetween(CLI::App& command, std::optional<std::string>& between, const st
                   prefix +
                       "Surface between frames of masks or labels: by distances from it, or at "
                       "the midpoint, as published")
-      ->check(CLI::IsMember({"distance", "midpoint"}))
-      ->default_str("distance");
+      ->check(CLI::IsMember(
+          std::vector<std::string>(verbs::kBetweenNames.begin(), verbs::kBetweenNames.end())))
+      ->default_str(std::string(verbs::nameOfBetween(voxel4d::Between::Distance)));
 }
 
 voxel4d::Between betweenOf(const std::optional<std::string>& name) {
-  return name == "midpoint" ? voxel4d::Between::Midpoint : voxel4d::Between::Distance;
-}
-
-void noticeCaps(voxel4d::CapStyle caps, const voxel4d::WeaveReport& report,
-                std::vector<std::string>& notices) {
-  std::vector<std::string> found;
-  verbs::noticeFlatCaps(caps, report, found);
-  for (const std::string& notice : found) notices.push_back(withAdvice(notice));
+  return verbs::betweenOf(name.value_or("")).value_or(voxel4d::Between::Distance);
 }
 
 void LostPartsOptions::addTo(CLI::App& command) {

@@ -33,10 +33,6 @@ voxel4d::CapStyle voxelCapStyle(const std::string& name);
 void addBetween(CLI::App& command, std::optional<std::string>& between, const std::string& prefix);
 voxel4d::Between betweenOf(const std::optional<std::string>& name);
 
-/// Adds a notice if most cells of a 4D mesh are in flat caps.
-void noticeCaps(voxel4d::CapStyle caps, const voxel4d::WeaveReport& report,
-                std::vector<std::string>& notices);
-
 /// What is said of parts that are lost between frames, in text, in JSON, and by the exit code.
 struct LostPartsOptions {
   bool fails = false;

@@ -1,4 +1,4 @@
-#include "tools/program/mesh_frames.h"
+#include "t4d/verbs/mesh_frames.h"
 
 #include <algorithm>
 
@@ -9,7 +9,7 @@
 #include "t4d/model/times.h"
 #include "t4d/voxel4d/occupancy.h"
 
-namespace t4d::tools {
+namespace t4d::verbs {
 namespace {
 
 /// Reads one mesh, and notes in the log what is said of it.
@@ -96,7 +96,9 @@ Result<MeshFrames> openMeshFrames(const std::vector<std::string>& files,
     }
   }
   MeshFrames opened{nullptr, std::make_shared<MeshFramesLog>()};
-  if (!options.frameTime && !series->timed) opened.log->notices.emplace_back(kMeshesAreOneApart);
+  if (!options.frameTime && !series->timed) {
+    opened.log->notices.emplace_back("meshes have no times: frames are taken to be 1 apart");
+  }
   for (const formats::MeshStep& step : series->steps) {
     for (const auto& file : step.files) opened.log->files.push_back(file.string());
   }
@@ -107,4 +109,4 @@ Result<MeshFrames> openMeshFrames(const std::vector<std::string>& files,
   return opened;
 }
 
-}  // namespace t4d::tools
+}  // namespace t4d::verbs

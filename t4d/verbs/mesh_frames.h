@@ -8,7 +8,7 @@
 
 #include "t4d/voxel4d/voxelize.h"
 
-namespace t4d::tools {
+namespace t4d::verbs {
 
 /// True for the name of a triangle mesh that is read, or of a collection (.pvd) of them.
 bool isMeshFrame(const std::string& path);
@@ -19,9 +19,6 @@ struct MeshFramesLog {
   std::vector<std::string> losses;  ///< each once, however many meshes have it
   std::vector<std::string> files;   ///< the meshes, and those that were read besides
 };
-
-inline constexpr const char* kMeshesAreOneApart =
-    "meshes have no times: frames are taken to be 1 apart; --frame-time changes that";
 
 struct MeshFrames {
   std::unique_ptr<voxel4d::FrameSource> frames;
@@ -41,4 +38,4 @@ struct MeshFramesOptions {
 Result<MeshFrames> openMeshFrames(const std::vector<std::string>& files,
                                   const MeshFramesOptions& options);
 
-}  // namespace t4d::tools
+}  // namespace t4d::verbs

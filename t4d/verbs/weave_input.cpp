@@ -1,0 +1,192 @@
+#include "t4d/verbs/weave_input.h"
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <set>
+#include <string_view>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "t4d/formats/file_extension.h"
+#include "t4d/formats/t4d/http_files.h"
+#include "t4d/formats/t4d/url.h"
+#include "t4d/formats/triangle/triangle_mesh_formats.h"
+#include "t4d/model/amount_text.h"
+#include "t4d/voxel4d/advected_frames.h"
+#include "t4d/voxel4d/vdb_frames.h"
+#include "t4d/voxel4d/volumes/volume_velocity.h"
+
+namespace t4d::verbs {
+namespace {
+
+std::vector<std::filesystem::path> pathsOf(const std::vector<std::string>& files) {
+  return {files.begin(), files.end()};
+}
+
+/// Fails if a folder holds volumes, but no .vdb files: only the latter are taken by the folder.
+Result<void> checkFrameFolder(const std::string& folder) {
+  if (voxel4d::isVolumeFile(folder)) return {};
+  std::error_code ignored;
+  std::set<std::string> volumes;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
+    if (entry.path().extension() == ".vdb") return {};
+    if (voxel4d::isVolumeFile(entry.path())) volumes.insert(entry.path().filename().string());
+  }
+  if (volumes.empty()) return {};
+  return invalid(fmt::format("is a folder of {}, and none is a .vdb file; name the volumes, as {}",
+                             model::counted(volumes.size(), "volume"),
+                             (std::filesystem::path(folder) /
+                              ("*" + std::filesystem::path(*volumes.begin()).extension().string()))
+                                 .string()),
+                 folder);
+}
+
+FrameKind kindOfFrame(const std::string& file) {
+  if (isMeshFrame(file)) return FrameKind::Meshes;
+  return voxel4d::isVolumeFile(file) ? FrameKind::Volumes : FrameKind::Vdb;
+}
+
+/// Of a file that is neither a volume by its extension nor a VDB file, both are said.
+Error unreadableFrame(Error error) {
+  const std::string extension = formats::lowerCaseExtension(error.where);
+  if (error.remedy == Remedy::FrameFormat && extension != ".vdb") {
+    error.message +=
+        fmt::format(", and not a volume by its extension; expected .vdb, {}, or triangle meshes",
+                    volumeExtensions());
+  }
+  return error;
+}
+
+/// Adds frames that velocities carry to volumes.
+Result<void> addFramesInBetween(const WeaveInput& input, const voxel4d::VolumeOptions& options,
+                                voxel4d::VolumeFrames& opened) {
+  if (opened.frames->isOneApart()) {
+    return invalid("velocities need the time from frame to frame, which the file does not say",
+                   input.files.front(), Remedy::FrameTime);
+  }
+  auto velocities =
+      voxel4d::openVolumeVelocity(pathsOf(input.reading.velocityFiles), options, opened);
+  if (!velocities) return velocities.error();
+  opened.frames = voxel4d::advectedFrames(std::move(opened.frames), std::move(*velocities),
+                                          input.reading.steps());
+  return {};
+}
+
+/// The region, which openFrames has checked.
+std::optional<voxel4d::Region> regionOf(const FrameReading& reading) {
+  if (reading.region.empty()) return std::nullopt;
+  return *voxel4d::parseRegion(reading.region);
+}
+
+/// What has the label, or is inside without one.
+Result<voxel4d::VolumeFrames> openVolumes(const WeaveInput& input,
+                                          const std::optional<std::int64_t>& label) {
+  voxel4d::VolumeOptions options = input.reading.volumes;
+  options.label = label;
+  options.region = regionOf(input.reading);
+  const auto isUrl = [](const std::string& name) { return !formats::schemeOf(name).empty(); };
+  if (std::ranges::any_of(input.files, isUrl) ||
+      std::ranges::any_of(input.reading.velocityFiles, isUrl)) {
+    options.web = formats::httpFiles();
+  }
+  auto opened = voxel4d::openVolumeFrames(pathsOf(input.files), options);
+  if (opened && !input.reading.velocityFiles.empty()) {
+    if (auto done = addFramesInBetween(input, options, *opened); !done) return done.error();
+  }
+  return opened;
+}
+
+Result<void> openVdb(WeaveInput& input) {
+  const FrameReading& reading = input.reading;
+  const voxel4d::VdbFramesOptions options{reading.volumes.iso,
+                                          reading.volumes.frameTime,
+                                          reading.volumes.startTime.value_or(0),
+                                          regionOf(reading),
+                                          reading.grid,
+                                          reading.velocity,
+                                          reading.velocity.empty() ? 1 : reading.substeps};
+  auto frames = voxel4d::openVdbFrames(pathsOf(input.files), options);
+  if (!frames) return unreadableFrame(frames.error());
+  input.frames.frames = std::move(*frames);
+  return {};
+}
+
+Result<void> openMeshes(WeaveInput& input) {
+  const FrameReading& reading = input.reading;
+  if (!reading.voxelSize) {
+    return fail(ErrorCode::Options, "triangle meshes need the edge length of a voxel");
+  }
+  auto opened = openMeshFrames(input.files, {*reading.voxelSize, reading.volumes.frameTime,
+                                             reading.volumes.startTime.value_or(0)});
+  if (!opened) return opened.error();
+  input.meshes = std::move(opened->log);
+  input.frames.frames = std::move(opened->frames);
+  return {};
+}
+
+Result<void> openKind(FrameKind kind, WeaveInput& input) {
+  if (kind != FrameKind::Volumes) input.reading.labels.clear();
+  if (kind == FrameKind::Meshes) return openMeshes(input);
+  if (kind == FrameKind::Vdb) return openVdb(input);
+  const auto& labels = input.reading.labels;
+  auto opened = openVolumes(
+      input, labels.empty() ? std::nullopt : std::optional<std::int64_t>(labels.front()));
+  if (!opened) return opened.error();
+  input.frames = std::move(*opened);
+  return {};
+}
+
+}  // namespace
+
+std::string volumeExtensions() {
+  std::vector<std::string_view> extensions;
+  for (const auto& format : voxel4d::volumeFormats()) extensions.push_back(format.extension);
+  return fmt::format("{}", fmt::join(extensions, ", "));
+}
+
+Result<FrameKind> frameKindOf(std::span<const std::string> files) {
+  if (files.empty()) return fail(ErrorCode::Options, "no frames are given");
+  for (const std::string& file : files) {
+    if (auto good = checkFrameFolder(file); !good) return good.error();
+    // A mesh of a format that is only written is none of what can be woven.
+    if (formats::triangleMeshFormat(file) == nullptr) continue;
+    if (auto good = formats::checkMeshExtension(file); !good) return good.error();
+  }
+  const FrameKind kind = kindOfFrame(files.front());
+  for (const std::string& file : files) {
+    if (kindOfFrame(file) == kind) continue;
+    return fail(
+        ErrorCode::Options,
+        fmt::format("{} and {} are not of one kind; give .vdb files, volumes, or triangle meshes",
+                    files.front(), file));
+  }
+  return kind;
+}
+
+Result<WeaveInput> openFrames(std::vector<std::string> files, FrameReading reading) {
+  const auto begin = std::chrono::steady_clock::now();
+  const auto kind = frameKindOf(files);
+  if (!kind) return kind.error();
+  if (!reading.region.empty()) {
+    if (auto region = voxel4d::parseRegion(reading.region); !region) return region.error();
+    if (reading.hasVelocity()) {
+      return fail(ErrorCode::Options,
+                  "a region and a velocity exclude each other: where a solid is cut off it does "
+                  "not move");
+    }
+  }
+  WeaveInput input{
+      .name = formats::shownName(files.front()), .frames = {}, .files = std::move(files)};
+  input.reading = std::move(reading);
+  if (auto opened = openKind(*kind, input); !opened) return opened.error();
+  input.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return input;
+}
+
+Result<voxel4d::VolumeFrames> framesOfLabel(const WeaveInput& input, std::int64_t label) {
+  return openVolumes(input, label);
+}
+
+}  // namespace t4d::verbs
