@@ -90,6 +90,7 @@
 #include "t4d/verbs/recover.h"
 #include "t4d/verbs/sweep.h"
 #include "t4d/verbs/validate.h"
+#include "t4d/verbs/voxelize.h"
 #include "t4d/verbs/weave.h"
 #endif
 

@@ -140,7 +140,9 @@ int runGrids(const FramesArguments& options) {
           options.output, counted(written->frames, "frame"), times.front(), times.back(),
           counted(written->insidePoints, "point"), sizeText(written->bytes), path.string());
   }
-  noticeEmptyFrames(*written);
+  std::vector<std::string> notices;
+  verbs::noticeEmptyFrames(*written, notices);
+  printNotices(notices);
   return kDone;
 }
 

@@ -1,14 +1,11 @@
 #include "tools/program/voxel_series.h"
 
-#include <algorithm>
-#include <chrono>
-
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/verbs/lost_parts.h"
 #include "t4d/verbs/weave_names.h"
 #include "tools/program/console.h"
+#include "tools/program/console_observer.h"
 #include "tools/program/frame_options.h"
 #include "tools/program/option_checks.h"
 
@@ -73,65 +70,43 @@ void VoxelSeriesOptions::addTo(CLI::App& command) {
   command.add_flag("--json", json, "Print the result as JSON");
 }
 
-void noticeEmptyFrames(const voxel4d::VoxelSeries& written) {
-  if (written.emptyFrames == 0) return;
-  printNotices(
-      {fmt::format("{} of {} frames have no point inside; smaller voxels may find the solid",
-                   written.emptyFrames, written.frames)});
+verbs::VoxelSeriesOptions VoxelSeriesOptions::at(std::vector<double> frameTimes,
+                                                 std::string name) const {
+  return {std::move(frameTimes), voxelSize, mask, part.chosen(), folder, std::move(name)};
+}
+
+int reportVoxelSeries(const VoxelSeriesOptions& options, std::size_t frames,
+                      const verbs::VoxelSeriesReport& written, nlohmann::ordered_json first,
+                      nlohmann::ordered_json identity) {
+  const voxel4d::VoxelSeries& series = written.series;
+  if (options.json) {
+    auto& result = first;
+    result.update(nlohmann::ordered_json::parse(verbs::jsonOf(written, peakBytes())));
+    if (options.part.isGiven()) {
+      identity["frames"] = frames;
+      result["part"] = options.part.json(std::move(identity));
+    }
+    printJson(result);
+  } else {
+    print("{}: {} of {} from time {} to {}\n", options.folder, counted(series.frames, "frame"),
+          options.mask ? "inside points" : "level sets", written.time.begin, written.time.end);
+    print("  {} inside, at most {} in a frame\n", counted(series.insidePoints, "point"),
+          counted(series.mostActiveVoxels, "active voxel"));
+    print("  {}, {:.2f} s, peak memory {}\n", sizeText(series.bytes), written.seconds,
+          sizeText(peakBytes()));
+  }
+  printNotices(written.notices);
+  return options.lostParts.exitCode(series.partsLost, kDone);
 }
 
 int writeVoxelSeries(const VoxelSeriesOptions& options, const std::vector<double>& times,
                      const voxel4d::SolidAtTime& solid, const std::string& where,
                      nlohmann::ordered_json first, nlohmann::ordered_json identity) {
   if (const auto done = options.part.settle(times.size(), "frames")) return *done;
-  const model::PartRange own = options.part.chosen().of(times.size());
-  const auto begin = std::chrono::steady_clock::now();
-  Result<voxel4d::VoxelSeries> written;
-  {
-    ProgressBar bar("voxelising", own.size(), "frames");
-    written = voxel4d::writeVoxelFrames(solid, times,
-                                        {options.voxelSize, options.mask, options.part.chosen()},
-                                        options.folder, bar.callback());
-  }
-  if (!written) {
-    Error error = written.error();
-    // The library knows the solid, but not its file.
-    if (error.where.empty()) error.where = where;
-    return report(error);
-  }
-
-  const double seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  if (options.json) {
-    auto& result = first;
-    result["frames"] = written->frames;
-    result["time_begin"] = times[own.begin];
-    result["time_end"] = times[own.end - 1];
-    result["inside_points"] = written->insidePoints;
-    result["empty_frames"] = written->emptyFrames;
-    result["most_active_voxels"] = written->mostActiveVoxels;
-    result["seconds"] = seconds;
-    result["peak_bytes"] = peakBytes();
-    result["bytes"] = written->bytes;
-    result["parts_lost"] = verbs::jsonOf(written->partsLost);
-    if (options.part.isGiven()) {
-      identity["frames"] = times.size();
-      result["part"] = options.part.json(std::move(identity));
-    }
-    printJson(result);
-  } else {
-    print("{}: {} of {} from time {} to {}\n", options.folder, counted(written->frames, "frame"),
-          options.mask ? "inside points" : "level sets", times[own.begin], times[own.end - 1]);
-    print("  {} inside, at most {} in a frame\n", counted(written->insidePoints, "point"),
-          counted(written->mostActiveVoxels, "active voxel"));
-    print("  {}, {:.2f} s, peak memory {}\n", sizeText(written->bytes), seconds,
-          sizeText(peakBytes()));
-  }
-  noticeEmptyFrames(*written);
-  std::vector<std::string> notices;
-  verbs::noticeLostParts(written->partsLost, notices);
-  printNotices(notices);
-  return options.lostParts.exitCode(written->partsLost, kDone);
+  ConsoleObserver observer;
+  const auto written = verbs::writeVoxelSeries(solid, options.at(times, where), observer);
+  if (!written) return report(written.error());
+  return reportVoxelSeries(options, times.size(), *written, std::move(first), std::move(identity));
 }
 
 }  // namespace t4d::tools

@@ -7,8 +7,8 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "t4d/verbs/voxel_series.h"
 #include "t4d/voxel4d/frame_spacing.h"
-#include "t4d/voxel4d/voxelize.h"
 #include "t4d/voxel4d/weave.h"
 #include "tools/program/part_option.h"
 
@@ -43,9 +43,6 @@ struct LostPartsOptions {
   int exitCode(const voxel4d::LostParts& parts, int done) const;
 };
 
-/// A notice if frames have no point inside.
-void noticeEmptyFrames(const voxel4d::VoxelSeries& written);
-
 /// Shared by the verbs that write a time series of .vdb files: their options, and the writing.
 struct VoxelSeriesOptions {
   double voxelSize = 0;
@@ -58,11 +55,19 @@ struct VoxelSeriesOptions {
 
   /// Adds all options except those of addFrameTimes.
   void addTo(CLI::App& command);
+  /// The same for the library; `name` is that of the solid.
+  verbs::VoxelSeriesOptions at(std::vector<double> frameTimes, std::string name) const;
 };
 
+/// Prints what was written of `frames` frames; returns the exit code. JSON begins with the members
+/// of `first`; `identity` is that of the input of a part.
+int reportVoxelSeries(const VoxelSeriesOptions& options, std::size_t frames,
+                      const verbs::VoxelSeriesReport& written,
+                      nlohmann::ordered_json first = nlohmann::ordered_json::object(),
+                      nlohmann::ordered_json identity = {});
+
 /// Writes `solid` at `times` and prints what was written; returns the exit code. `where` names the
-/// solid in errors. JSON begins with the members of `first`; `identity` is that of the input of a
-/// part.
+/// solid in errors; `first` and `identity` are as for reportVoxelSeries.
 int writeVoxelSeries(const VoxelSeriesOptions& options, const std::vector<double>& times,
                      const voxel4d::SolidAtTime& solid, const std::string& where,
                      nlohmann::ordered_json first = nlohmann::ordered_json::object(),

@@ -1,7 +1,9 @@
 #include "t4d/verbs/mending.h"
 #include "t4d/verbs/motion_frames.h"
+#include "t4d/verbs/voxelize.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
+#include "tools/program/console_observer.h"
 #include "tools/program/moving_mesh.h"
 #include "tools/program/voxel_series.h"
 
@@ -22,11 +24,16 @@ int run(const VoxelizeArguments& options) {
                                              loaded->motion, options.input.motion, notices);
   if (!times) return report(times.error());
   printNotices(notices);
+  if (const auto done = options.series.part.settle(times->size(), "frames")) {
+    return *done == kDone ? reportLosses(loaded->solid.losses) : *done;
+  }
+  ConsoleObserver observer;
+  const auto written = verbs::voxelize(std::move(mesh), std::move(loaded->motion),
+                                       options.series.at(*times, options.input.model), observer);
+  if (!written) return report(written.error());
   auto first = nlohmann::ordered_json::object();
   if (loaded->solid.mended) first["mend"] = verbs::mendJson(*loaded->solid.mended);
-  const int done = writeVoxelSeries(
-      options.series, *times, voxel4d::movingSolid(std::move(mesh), std::move(loaded->motion)),
-      options.input.model, std::move(first));
+  const int done = reportVoxelSeries(options.series, times->size(), *written, std::move(first));
   return done == kDone ? reportLosses(loaded->solid.losses) : done;
 }
 
