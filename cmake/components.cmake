@@ -14,7 +14,7 @@ set(t4d_convert_NEEDS slice formats)
 set(t4d_measure_NEEDS slice)
 set(t4d_mill_NEEDS mesh4d voxel4d measure)
 set(t4d_edit_NEEDS mesh4d formats measure)
-set(t4d_verbs_NEEDS convert voxel4d edit)
+set(t4d_verbs_NEEDS convert voxel4d edit mill)
 set(t4d_conformance_NEEDS fixtures mill verbs)
 
 # t4d_with_needs(<variable> <components>): the components and all that they need, in order.

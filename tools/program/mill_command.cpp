@@ -1,26 +1,16 @@
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <filesystem>
 #include <map>
 #include <optional>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
-#include "t4d/edit/surface_crossings.h"
-#include "t4d/formats/motion/motion_reader.h"
 #include "t4d/formats/output_file.h"
-#include "t4d/formats/t4d/names.h"
-#include "t4d/formats/toolpath/cutter_location_reader.h"
-#include "t4d/formats/toolpath/gcode_reader.h"
 #include "t4d/formats/toolpath/tool_table.h"
 #include "t4d/formats/triangle/triangle_mesh_formats.h"
-#include "t4d/mill/mill.h"
 #include "t4d/slice/slice_at_times.h"
-#include "t4d/verbs/mending.h"
-#include "t4d/verbs/solid_input.h"
-#include "t4d/verbs/t4d_file.h"
+#include "t4d/verbs/mill.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/console_observer.h"
@@ -38,8 +28,6 @@
 namespace t4d::tools {
 namespace {
 
-using nlohmann::ordered_json;
-
 struct MillArguments {
   std::string stock;
   bool mend = false;
@@ -52,11 +40,8 @@ struct MillArguments {
   std::string toolTable;
   std::vector<std::string> offsets;
   std::vector<std::string> rotaries;
-  bool tipControl = false;
-  double voxelSize = 0;
-  std::optional<double> tolerance;
-  std::optional<double> travel;
-  double rapidFeed = formats::ToolPathOptions{}.rapidFeed;
+  formats::ToolPathOptions program;
+  verbs::MillOptions mill;
   double memory = 4;  // GB
   voxel4d::FrameTimes times;
   std::string caps = "graded";
@@ -64,7 +49,10 @@ struct MillArguments {
   T4dOutput output;
   bool json = false;
 
-  double toleranceOr() const { return tolerance.value_or(voxelSize / 100); }
+  verbs::ToolPathKind kind() const {
+    if (!gcode.empty()) return verbs::ToolPathKind::Gcode;
+    return locations.empty() ? verbs::ToolPathKind::Motion : verbs::ToolPathKind::Locations;
+  }
   const std::string& path() const {
     return !gcode.empty() ? gcode : !locations.empty() ? locations : motion;
   }
@@ -72,7 +60,7 @@ struct MillArguments {
 
 /// What G-code and cutter locations are read with, but for tools.
 Result<formats::ToolPathOptions> pathOptions(const MillArguments& options) {
-  formats::ToolPathOptions how{options.toleranceOr(), options.rapidFeed};
+  formats::ToolPathOptions how = options.program;
   for (const std::string& offset : options.offsets) {
     auto parsed = formats::parseOffset(offset, how.offsets);
     if (!parsed) return invalid("--offset: " + parsed.error().message);
@@ -86,110 +74,12 @@ Result<formats::ToolPathOptions> pathOptions(const MillArguments& options) {
     }
     how.rotaries.push_back(*axis);
   }
-  how.tipControl = options.tipControl;
   return how;
 }
 
-/// Adds the tools, the lengths that the table has, and how far the longest one reaches.
-void addTools(const std::vector<mill::Tool>& tools, const std::map<int, formats::TableTool>& table,
-              formats::ToolPathOptions& how) {
-  if (tools.front().number != 0) how.tools.emplace();
-  how.reach = 0;
-  const auto reach = [&](const model::TriangleMesh& mesh) {
-    for (const auto& vertex : mesh.vertices) how.reach = std::max(how.reach, vertex.norm());
-  };
-  for (const mill::Tool& tool : tools) {
-    if (how.tools) how.tools->push_back(tool.number);
-    reach(tool.mesh);
-    for (const mill::Guard& guard : tool.guards) reach(guard.mesh);
-  }
-  for (const auto& [number, tool] : table) how.lengths.emplace(number, tool.length);
-}
-
-Result<formats::ToolPath> readPath(const MillArguments& options,
-                                   const formats::ToolPathOptions& how) {
-  if (!options.gcode.empty()) return formats::readGcode(options.gcode, how);
-  if (!options.locations.empty()) return formats::readCutterLocations(options.locations, how);
-  formats::ToolPath path;
-  std::string form;
-  auto motion = formats::readMotion(options.motion, &form, options.table.table);
-  if (!motion) return motion.error();
-  if (!form.empty()) path.notices.push_back(options.motion + ": " + form);
-  if (const std::string notice = model::noticeOfHalfTurns(motion->halfTurns); !notice.empty()) {
-    path.notices.push_back(options.motion + ": " + notice);
-  }
-  path.motion = std::move(*motion);
-  return path;
-}
-
-std::string detailsOf(const MillArguments& options, const MillToolSpecs& specs,
-                      std::size_t frames) {
-  const auto nameOf = [](const std::string& path) {
-    return std::filesystem::path(path).filename().string();
-  };
-  ordered_json source{{"mesh", nameOf(options.stock)}};
-  for (const auto& [number, spec] : specs) {
-    const std::string tool = spec.files().empty() ? spec.tool : nameOf(spec.tool);
-    if (number == 0) {
-      source["tool"] = tool;
-    } else {
-      source["tools"][std::to_string(number)] = tool;
-    }
-  }
-  source[options.gcode.empty() && options.locations.empty() ? "motion" : "path"] =
-      nameOf(options.path());
-  return ordered_json{{"source", source},
-                      {"parameters",
-                       {{"voxel_size", options.voxelSize},
-                        {"frames", frames},
-                        {"tolerance", options.toleranceOr()},
-                        {"caps", options.caps},
-                        {"precision", options.output.coding.precision}}}}
-      .dump(-1, ' ', false, ordered_json::error_handler_t::replace);
-}
-
-bool hasNumbers(const formats::ToolPath& path) {
-  return std::ranges::any_of(path.mountings,
-                             [](const auto& one) { return one.tool.value_or(0) > 0; });
-}
-
-ordered_json jsonOf(const mill::MillReport& report, const formats::ToolPath& path) {
-  ordered_json value{
-      {"stock_volume", report.stockVolume},         {"removed_volume", report.removedVolume},
-      {"remaining_volume", report.remainingVolume}, {"components", report.components},
-      {"frames", report.progress.size()},           {"progress", ordered_json::array()},
-      {"separations", ordered_json::array()},       {"collisions", ordered_json::array()}};
-  for (const mill::MillProgress& at : report.progress) {
-    value["progress"].push_back(
-        {{"time", at.time}, {"removed_volume", at.removedVolume}, {"components", at.components}});
-  }
-  for (const mill::Separation& one : report.separations) {
-    value["separations"].push_back(
-        {{"begin", one.time.begin}, {"end", one.time.end}, {"components", one.components}});
-  }
-  for (const mill::Collision& one : report.collisions) {
-    value["collisions"].push_back({{"part", one.part},
-                                   {"tool", one.tool},
-                                   {"begin", one.time.begin},
-                                   {"end", one.time.end},
-                                   {"point", {one.point.x(), one.point.y(), one.point.z()}}});
-  }
-  value["mountings"] = ordered_json::array();
-  if (hasNumbers(path)) {
-    for (const formats::Mounting& one : path.mountings) {
-      value["mountings"].push_back({{"time", one.time}, {"tool", one.tool.value_or(0)}});
-    }
-  }
-  value["returned_volume"] = report.returnedVolume;
-  value["steps"] = report.steps;
-  value["vertices"] = report.woven.vertices;
-  value["tetrahedra"] = report.woven.tetrahedra;
-  return value;
-}
-
-void printText(const MillArguments& options, const mill::MillReport& report,
-               const formats::ToolPath& path) {
-  const model::Motion& motion = path.motion;
+void printText(const MillArguments& options, const verbs::MillReport& done) {
+  const mill::MillReport& report = done.milled;
+  const model::Motion& motion = done.motion;
   const auto cubic = [&](double volume) {
     return motion.lengthUnit.empty() ? fmt::format("{:.7g}", volume)
                                      : fmt::format("{:.7g} {}^3", volume, motion.lengthUnit);
@@ -210,7 +100,7 @@ void printText(const MillArguments& options, const mill::MillReport& report,
           cubic(report.returnedVolume), std::max<std::size_t>(2, report.progress.size() / 4));
   }
   int mounted = 0;
-  for (const formats::Mounting& one : path.mountings) {
+  for (const formats::Mounting& one : done.mountings) {
     const int tool = one.tool.value_or(mounted);
     if (tool != mounted) print("  T{} from {}\n", tool, at(one.time));
     mounted = tool;
@@ -224,6 +114,9 @@ void printText(const MillArguments& options, const mill::MillReport& report,
           mill::partOfTool(one.part, one.tool), at(one.time.begin), at(one.time.end), one.point.x(),
           one.point.y(), one.point.z(), one.part == "tool" ? ": a rapid move cuts" : "");
   }
+  print("  {}, {:.2f} s, peak memory {}\n", sizeText(done.bytes), done.seconds,
+        sizeText(peakBytes()));
+  if (const auto rounding = options.output.coding.rounding()) print("  {}\n", *rounding);
 }
 
 /// Slices of the file for the page.
@@ -260,19 +153,6 @@ Result<void> writePage(const MillArguments& options, const mill::MillReport& rep
   return file->commit();
 }
 
-/// A notice if the surface crosses itself; nothing if it does not, or where nobody can tell.
-std::string noticeOfCrossings(const std::string& path, const model::TriangleMesh& mesh) {
-  constexpr std::size_t kMost = 1000;
-  const ProgressBar bar("checking " + path);
-  const auto found = edit::findCrossings(mesh, kMost);
-  if (!found || found->pairs.empty()) return {};
-  return fmt::format(
-      "{} crosses itself, in {}{}; where it overlaps itself it counts once, and where it is inside "
-      "out it is empty",
-      path, found->complete ? "" : "more than ",
-      counted(found->pairs.size(), "pair of triangles", "pairs of triangles"));
-}
-
 std::optional<std::string> misuseOf(const MillArguments& options) {
   const int paths = static_cast<int>(!options.motion.empty()) +
                     static_cast<int>(!options.gcode.empty()) +
@@ -284,7 +164,7 @@ std::optional<std::string> misuseOf(const MillArguments& options) {
     return "--angles, --quaternion, --length-unit and --time-unit are for --motion";
   }
   const bool saysMore = !options.toolTable.empty() || !options.offsets.empty() ||
-                        !options.rotaries.empty() || options.tipControl;
+                        !options.rotaries.empty() || options.program.tipControl;
   if (options.gcode.empty() && saysMore) {
     return "--tool-table, --offset, --rotary and --tcp are for --gcode";
   }
@@ -295,7 +175,8 @@ std::optional<std::string> misuseOf(const MillArguments& options) {
 }
 
 /// Whether an output is an input or another output.
-std::optional<std::string> misuseOfFiles(const MillArguments& options, const MillToolSpecs& specs) {
+std::optional<std::string> misuseOfFiles(const MillArguments& options,
+                                         const verbs::MillToolSpecs& specs) {
   std::vector<std::string> inputs = {options.stock, options.path()};
   if (!options.toolTable.empty()) inputs.push_back(options.toolTable);
   for (const auto& [number, spec] : specs) {
@@ -308,29 +189,6 @@ std::optional<std::string> misuseOfFiles(const MillArguments& options, const Mil
   return misuseOfOutputs(std::array{options.output.path, options.html});
 }
 
-mill::MillOptions millOptions(const MillArguments& options, const std::vector<mill::Tool>& tools,
-                              const formats::ToolPath& path) {
-  mill::MillOptions how;
-  how.voxelSize = options.voxelSize;
-  how.tolerance = options.toleranceOr();
-  how.travel = options.travel.value_or(0);
-  how.memory = 1e9 * options.memory;
-  for (const formats::Mounting& one : path.mountings) {
-    how.mountings.push_back(mill::mountingOf(tools, one.time, one.tool));
-  }
-  how.rapids = path.rapids;
-  how.caps = voxelCapStyle(options.caps);
-  return how;
-}
-
-/// The error, at the file that it is about.
-Error placed(Error error, const MillArguments& options, const MillToolSpecs& specs) {
-  if (error.where.empty() && error.remedy == Remedy::Motion) error.where = options.path();
-  if (error.where.empty() || error.where == "stock") error.where = options.stock;
-  if (const auto given = givenAs(error.where, specs)) error.where = *given;
-  return error;
-}
-
 using TableTools = std::map<int, formats::TableTool>;
 
 Result<TableTools> readTable(const MillArguments& options) {
@@ -338,104 +196,42 @@ Result<TableTools> readTable(const MillArguments& options) {
   return formats::readToolTable(options.toolTable);
 }
 
-/// The stock, in which voxels of this size find room. Adds what is lost of it.
-Result<model::TriangleMesh> readStock(const MillArguments& options,
-                                      std::vector<std::string>& losses) {
+verbs::MillOptions millOptions(const MillArguments& options) {
+  verbs::MillOptions how = options.mill;
+  how.memory = 1e9 * options.memory;
+  how.caps = voxelCapStyle(options.caps);
+  how.output = options.output.fileOptions();
+  if (options.times.count || options.times.step) how.frames = options.times;
+  return how;
+}
+
+/// Mills these files, which have been checked.
+int millFiles(const MillArguments& options, const verbs::MillFiles& files) {
+  const verbs::MillOptions how = millOptions(options);
   ConsoleObserver observer;
-  auto stock =
-      verbs::readSolidInput({options.stock, {}, options.mending.given(options.mend)}, observer);
-  if (!stock) return stock.error();
-  if (stock->mended) observer.noteEach(verbs::noticesOf(*stock->mended));
-  losses.insert(losses.end(), stock->losses.begin(), stock->losses.end());
-  model::TriangleMesh& mesh = stock->bodies.front().mesh;
-  const std::string crossings = noticeOfCrossings(options.stock, mesh);
-  if (!crossings.empty()) printNotices({crossings});
-  if (auto sized = mill::checkVoxelSize(mesh, options.voxelSize, 1e9 * options.memory); !sized) {
-    return sized.error();
-  }
-  return std::move(mesh);
-}
-
-Result<std::vector<double>> frameTimesOf(const MillArguments& options,
-                                         const model::Motion& motion) {
-  voxel4d::FrameTimes when = options.times;
-  if (!when.count && !when.step) {
-    when.count = kDefaultFrames;
-    noticeDefaultFrames();
-  }
-  auto times = voxel4d::frameTimes({motion.timeBegin(), motion.timeEnd()}, when);
-  if (times) return times;
-  Error error = times.error();
-  error.where = options.path();
-  return error;
-}
-
-void printReport(const MillArguments& options, const mill::MillReport& report,
-                 const formats::ToolPath& path, std::uint64_t bytes, double seconds) {
-  if (options.json) {
-    ordered_json value = jsonOf(report, path);
-    value["seconds"] = seconds;
-    value["peak_bytes"] = peakBytes();
-    value["bytes"] = bytes;
-    printJson(value);
-    return;
-  }
-  printText(options, report, path);
-  print("  {}, {:.2f} s, peak memory {}\n", sizeText(bytes), seconds, sizeText(peakBytes()));
-  if (const auto rounding = options.output.coding.rounding()) print("  {}\n", *rounding);
-}
-
-/// Mills what the options name, which have been checked.
-int millFiles(const MillArguments& options, const MillToolSpecs& specs, const TableTools& table,
-              formats::ToolPathOptions pathHow) {
-  const auto begin = std::chrono::steady_clock::now();
-  std::vector<std::string> losses;
-  const auto stock = readStock(options, losses);
-  if (!stock) return report(placed(stock.error(), options, specs));
-  const auto tools = readMillTools(specs, options.toleranceOr(), losses);
-  if (!tools) return report(tools.error());
-  addTools(*tools, table, pathHow);
-  const auto path = readPath(options, pathHow);
-  if (!path) return report(path.error());
-  printNotices(path->notices);
-  const model::Motion& motion = path->motion;
-  const auto times = frameTimesOf(options, motion);
-  if (!times) return report(times.error());
-  auto file = verbs::T4dFile::create(options.output.fileOptions(),
-                                     {"voxel4d", options.stock, motion.lengthUnit, motion.timeUnit,
-                                      detailsOf(options, specs, times->size())});
-  if (!file) return report(file.error());
-  mill::MillOptions how = millOptions(options, *tools, *path);
-  how.times = *times;
-  const auto milled = [&] {
-    ProgressBar bar("milling", times->size(), "frames");
-    return mill::mill(*stock, *tools, motion, how, *file, bar.callback());
-  }();
-  if (!milled) return report(placed(milled.error(), options, specs));
-  const auto bytes = file->finish();
-  if (!bytes) return report(bytes.error());
+  const auto input = verbs::readMilling(files, how, observer);
+  if (!input) return report(input.error());
+  if (!options.times.count && !options.times.step) noticeDefaultFrames();
+  const auto milled = verbs::mill(*input, how, observer);
+  if (!milled) return report(milled.error());
   printNotices(milled->notices);
-  if (!milled->firstCut) {
-    printNotices(
-        {options.path() +
-         ": nothing is removed; the tool never meets the stock, or by less than the voxels show"});
-  }
   if (!options.html.empty()) {
-    if (auto written = writePage(options, *milled, motion); !written) {
+    if (auto written = writePage(options, milled->milled, milled->motion); !written) {
       return report(written.error());
     }
   }
-  const double seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  printReport(options, *milled, *path, *bytes, seconds);
-  for (std::string& loss : file->losses()) losses.push_back(std::move(loss));
-  return reportLosses(losses);
+  if (options.json) {
+    tools::printText(jsonOf(*milled, peakBytes()) + "\n");
+  } else {
+    printText(options, *milled);
+  }
+  return reportLosses(milled->losses);
 }
 
 int run(const MillArguments& options) {
   if (const auto misuse = misuseOf(options)) return wrongUsage(*misuse);
-  auto pathHow = pathOptions(options);
-  if (!pathHow) return wrongUsage(pathHow.error().message);
+  auto program = pathOptions(options);
+  if (!program) return wrongUsage(program.error().message);
   const auto table = readTable(options);
   if (!table) return report(table.error());
   const auto specs = millToolSpecs(options.tools, *table);
@@ -445,7 +241,13 @@ int run(const MillArguments& options) {
   }
   if (const auto misuse = misuseOfFiles(options, *specs)) return wrongUsage(*misuse);
   if (auto writable = checkWritable({{options.html}}); !writable) return report(writable.error());
-  return millFiles(options, *specs, *table, std::move(*pathHow));
+  return millFiles(options, {.stock = {options.stock, {}, options.mending.given(options.mend)},
+                             .tools = *specs,
+                             .kind = options.kind(),
+                             .path = options.path(),
+                             .table = options.table.table,
+                             .program = std::move(*program),
+                             .toolTable = *table});
 }
 
 }  // namespace
@@ -470,7 +272,7 @@ void addMill(CLI::App& app, int& exitCode) {
       ->add_option("--locations", options->locations,
                    "Tool motion: five-axis cutter locations, in mm and s (docs/mill.md)")
       ->check(someName());
-  command->add_option("--voxel-size", options->voxelSize, "Voxel edge length, in length units")
+  command->add_option("--voxel-size", options->mill.voxelSize, "Voxel edge length, in length units")
       ->required()
       ->check(numberAboveZero());
   addFrameTimes(*command, options->times, "", fmt::format(" (default: {})", kDefaultFrames));
@@ -487,17 +289,17 @@ void addMill(CLI::App& app, int& exitCode) {
       ->add_option("--rotary", options->rotaries,
                    "Rotary axis of table or head: A=table:0,0,-50, B=head:0,0,150 (repeatable)")
       ->allow_extra_args(false);
-  command->add_flag("--tcp", options->tipControl,
+  command->add_flag("--tcp", options->program.tipControl,
                     "X, Y and Z are of the tip in the frame of the stock, as after G43.4");
   command
-      ->add_option("--tolerance", options->tolerance,
+      ->add_option("--tolerance", options->mill.tolerance,
                    "Maximum error of tool, arcs and turns, in length units (default: 0.01 voxels)")
       ->check(numberAboveZero());
   command
-      ->add_option("--travel", options->travel,
+      ->add_option("--travel", options->mill.travel,
                    "Maximum travel of the tip per step, in length units (default: 4 voxels)")
       ->check(numberAboveZero());
-  command->add_option("--rapid", options->rapidFeed, "Feed rate of rapid moves, in mm/min")
+  command->add_option("--rapid", options->program.rapidFeed, "Feed rate of rapid moves, in mm/min")
       ->check(numberAboveZero())
       ->capture_default_str();
   command

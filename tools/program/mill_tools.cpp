@@ -1,34 +1,18 @@
 #include "tools/program/mill_tools.h"
 
-#include <algorithm>
 #include <charconv>
-#include <filesystem>
-#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "t4d/mill/tool_shape.h"
-#include "t4d/verbs/solid_input.h"
-#include "tools/program/console_observer.h"
 #include "tools/program/option_checks.h"
 
 namespace t4d::tools {
 namespace {
 
-bool isFile(const std::string& text) {
-  std::error_code ignored;
-  return std::filesystem::exists(text, ignored);
-}
-
-/// Whether sizes are given and not a file.
-bool isToolShape(const std::string& text) {
-  if (mill::namesToolKind(text)) return true;
-  const auto colon = text.find(':');
-  return colon != text.npos && text.find('=', colon) != text.npos && !isFile(text);
-}
-
-bool isCylinder(const std::string& text) { return text.find('=') != text.npos && !isFile(text); }
+using verbs::MillToolSpec;
+using verbs::MillToolSpecs;
 
 /// "2=flat:d=6,l=30" as 2 and the rest, and 0 where there is no number.
 std::pair<int, std::string> numbered(const std::string& text) {
@@ -43,7 +27,7 @@ std::pair<int, std::string> numbered(const std::string& text) {
 Result<void> addTools(const std::vector<std::string>& given, MillToolSpecs& specs) {
   for (const std::string& text : given) {
     const auto [number, spec] = numbered(text);
-    if (!specs.emplace(number, MillToolSpec{spec, "", ""}).second) {
+    if (!specs.emplace(number, MillToolSpec{spec}).second) {
       return invalid(number == 0
                          ? std::string("--tool is given twice; number the tools, as in --tool "
                                        "1=flat:d=6,l=30")
@@ -52,23 +36,12 @@ Result<void> addTools(const std::vector<std::string>& given, MillToolSpecs& spec
     if (specs.size() > 1 && specs.contains(0)) {
       return invalid("--tool is given with and without a number; number all tools, or none");
     }
-    if (!isToolShape(spec)) continue;
+    if (!verbs::isToolShape(spec)) continue;
     if (const auto shape = mill::parseTool(spec); !shape) {
       return invalid("--tool: " + shape.error().message);
     }
   }
   return {};
-}
-
-/// Remarks that begin with a tool.
-void addTable(const std::map<int, formats::TableTool>& table, MillToolSpecs& specs) {
-  if (specs.contains(0)) return;
-  for (const auto& [number, tool] : table) {
-    const std::string spec = tool.remark.substr(0, tool.remark.find_first_of(" \t"));
-    if (number > 0 && mill::namesToolKind(spec)) {
-      specs.emplace(number, MillToolSpec{spec, "", ""});
-    }
-  }
 }
 
 /// Those without a number are of all tools that have no other.
@@ -77,7 +50,7 @@ Result<void> addCylinders(const std::vector<std::string>& given, const std::stri
   std::string ofAll;
   for (const std::string& text : given) {
     const auto [number, spec] = numbered(text);
-    if (isCylinder(spec)) {
+    if (verbs::isCylinderShape(spec)) {
       if (const auto cylinder = mill::parseCylinder(spec); !cylinder) {
         return invalid(fmt::format("--{}: {}", name, cylinder.error().message));
       }
@@ -94,31 +67,6 @@ Result<void> addCylinders(const std::vector<std::string>& given, const std::stri
   for (auto& [number, spec] : specs) {
     if ((spec.*member).empty()) spec.*member = ofAll;
   }
-  return {};
-}
-
-Result<model::TriangleMesh> readMesh(const std::string& path, std::vector<std::string>& losses) {
-  ConsoleObserver observer;
-  auto loaded = verbs::readSolidInput({path}, observer);
-  if (!loaded) return loaded.error();
-  losses.insert(losses.end(), loaded->losses.begin(), loaded->losses.end());
-  return std::move(loaded->bodies.front().mesh);
-}
-
-/// Adds a shank or a holder above what there is, and raises `top`.
-Result<void> addGuard(const std::string& name, const std::string& spec, double tolerance,
-                      double& top, mill::Tool& tool, std::vector<std::string>& losses) {
-  if (spec.empty()) return {};
-  mill::Guard guard{name, {}};
-  if (isCylinder(spec)) {
-    guard.mesh = mill::cylinderMesh(*mill::parseCylinder(spec), top, tolerance);
-  } else {
-    auto mesh = readMesh(spec, losses);
-    if (!mesh) return mesh.error();
-    guard.mesh = std::move(*mesh);
-  }
-  top = std::max(top, model::boundsOf(guard.mesh).max.z());
-  tool.guards.push_back(std::move(guard));
   return {};
 }
 
@@ -146,20 +94,11 @@ void MillToolOptions::addTo(CLI::App& command) {
       ->allow_extra_args(false);
 }
 
-std::vector<std::string> MillToolSpec::files() const {
-  std::vector<std::string> found;
-  if (!isToolShape(tool)) found.push_back(tool);
-  for (const std::string& guard : {shank, holder}) {
-    if (!guard.empty() && !isCylinder(guard)) found.push_back(guard);
-  }
-  return found;
-}
-
-Result<MillToolSpecs> millToolSpecs(const MillToolOptions& options,
-                                    const std::map<int, formats::TableTool>& table) {
+Result<verbs::MillToolSpecs> millToolSpecs(const MillToolOptions& options,
+                                           const std::map<int, formats::TableTool>& table) {
   MillToolSpecs specs;
   if (auto added = addTools(options.tools, specs); !added) return added.error();
-  addTable(table, specs);
+  verbs::addToolsOfTable(table, specs);
   if (specs.empty()) return invalid("no tool is given; give one, as in --tool ball:d=6,l=30");
   for (const auto& [name, given, member] :
        {std::tuple{"shank", &options.shanks, &MillToolSpec::shank},
@@ -167,39 +106,6 @@ Result<MillToolSpecs> millToolSpecs(const MillToolOptions& options,
     if (auto added = addCylinders(*given, name, member, specs); !added) return added.error();
   }
   return specs;
-}
-
-Result<std::vector<mill::Tool>> readMillTools(const MillToolSpecs& specs, double tolerance,
-                                              std::vector<std::string>& losses) {
-  std::vector<mill::Tool> tools;
-  for (const auto& [number, spec] : specs) {
-    mill::Tool tool{.number = number};
-    if (isToolShape(spec.tool)) {
-      const auto shape = mill::parseTool(spec.tool);
-      if (!shape) return invalid(shape.error().message, "the tool table");
-      tool.mesh = mill::toolMesh(*shape, tolerance);
-    } else {
-      auto mesh = readMesh(spec.tool, losses);
-      if (!mesh) return mesh.error();
-      tool.mesh = std::move(*mesh);
-    }
-    double top = model::boundsOf(tool.mesh).max.z();
-    for (const auto& [name, guard] : {std::pair{"shank", &spec.shank}, {"holder", &spec.holder}}) {
-      auto added = addGuard(name, *guard, tolerance, top, tool, losses);
-      if (!added) return added.error();
-    }
-    tools.push_back(std::move(tool));
-  }
-  return tools;
-}
-
-std::optional<std::string> givenAs(const std::string& part, const MillToolSpecs& specs) {
-  for (const auto& [number, spec] : specs) {
-    if (part == mill::partOfTool("tool", number)) return spec.tool;
-    if (part == mill::partOfTool("shank", number)) return spec.shank;
-    if (part == mill::partOfTool("holder", number)) return spec.holder;
-  }
-  return std::nullopt;
 }
 
 }  // namespace t4d::tools
