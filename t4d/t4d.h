@@ -88,6 +88,7 @@
 #include "t4d/verbs/compare_methods.h"
 #include "t4d/verbs/diff.h"
 #include "t4d/verbs/mill.h"
+#include "t4d/verbs/rasterize.h"
 #include "t4d/verbs/recover.h"
 #include "t4d/verbs/sweep.h"
 #include "t4d/verbs/validate.h"

@@ -23,7 +23,7 @@ Result<VoxelSeriesReport> writeVoxelSeries(const voxel4d::SolidAtTime& solid,
   const auto stage = observer.stage("voxelising", own.size(), "frames");
   auto written =
       voxel4d::writeVoxelFrames(solid, times, {options.voxelSize, options.mask, options.part},
-                                options.folder, stage->callback());
+                                options.folder, stage->callback(), options.beforeRenaming);
   if (!written) {
     Error error = written.error();
     if (error.where.empty()) error.where = options.name;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,8 @@ struct VoxelSeriesOptions {
   model::Part part = {};           ///< as voxel4d::VoxelizeOptions::part
   std::string folder = {};         ///< for frame_0000.vdb, ...; created if missing
   std::string name = {};           ///< of the solid: where errors are that name no other place
+  /// As voxel4d::writeVoxelFrames takes it.
+  std::function<Result<void>()> beforeRenaming = {};
 };
 
 struct VoxelSeriesReport {

@@ -8,14 +8,13 @@
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/triangle/triangle_mesh_formats.h"
 #include "t4d/formats/usd/usd_writer.h"
-#include "t4d/measure/compare.h"
-#include "t4d/system/replaceable.h"
 #include "t4d/verbs/origin.h"
-#include "t4d/voxel4d/voxelize.h"
+#include "t4d/verbs/rasterize.h"
 #include "tools/program/appearance.h"
 #include "tools/program/centering.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
+#include "tools/program/console_observer.h"
 #include "tools/program/detail_text.h"
 #include "tools/program/frame_options.h"
 #include "tools/program/gltf_options.h"
@@ -23,7 +22,6 @@
 #include "tools/program/option_checks.h"
 #include "tools/program/part_option.h"
 #include "tools/program/velocity_options.h"
-#include "tools/program/voxel_series.h"
 
 namespace t4d::tools {
 namespace {
@@ -86,62 +84,24 @@ int runGrids(const FramesArguments& options) {
   }
   auto input = verbs::openInput(options.input, options.only);
   if (!input) return report(input.error());
-  const formats::Metadata& metadata = input->metadata;
-  const model::TimeSpan span = model::timeSpanOf(input->bodies);
-  const auto moments = options.frames.of(span, kMostFrameFiles);
+  const auto moments = options.frames.of(model::timeSpanOf(input->bodies), kMostFrameFiles);
   if (!moments) return report(moments.error());
-  const std::vector<double>& times = *moments;
-  if (auto checked = convert::checkFrameTimes(input->bodies, times); !checked) {
-    return report(inInput(checked.error(), *input));
-  }
-  const auto path = std::filesystem::path(options.output) / convert::FrameNames().manifest;
-  const std::string manifestName = path.filename().string();
-  if (auto good = system::checkReplaceable(options.output, {&manifestName, 1}); !good) {
-    return report(good.error());
-  }
-  convert::FramesManifest manifest;
-  manifest.space = spaceOf(metadata);
-  manifest.origin = verbs::originOf(metadata);
-  const auto solidAt = [&](double time) {
-    auto solid = measure::solidAt(input->bodies, time);
-    if (solid) {
-      manifest.frames.push_back({.file = {}, .time = time, .volume = signedVolume(*solid)});
-    }
-    return solid;
-  };
-  Result<voxel4d::VoxelSeries> written;
-  {
-    ProgressBar bar("voxelising", times.size(), "frames");
-    written =
-        voxel4d::writeVoxelFrames(solidAt, times, {.voxelSize = *options.voxelSize}, options.output,
-                                  bar.callback(), [&] { return convert::removeOldManifest(path); });
-  }
-  if (!written) return report(inInput(written.error(), *input));
-  for (std::size_t i = 0; i < manifest.frames.size(); ++i) {
-    manifest.frames[i].file = written->files[i].name;
-    manifest.frames[i].bytes = written->files[i].bytes;
-  }
-  if (auto done = convert::writeManifest(path, manifest); !done) return report(done.error());
+  ConsoleObserver observer;
+  const auto done = verbs::writeGridFrames(
+      *input, {.times = *moments, .voxelSize = *options.voxelSize, .folder = options.output},
+      observer);
+  if (!done) return report(done.error());
+  const voxel4d::VoxelSeries& series = done->written.series;
   if (options.json) {
-    printJson({{"frames", written->frames},
-               {"triangles", nullptr},
-               {"time_begin", times.front()},
-               {"time_end", times.back()},
-               {"bytes", written->bytes},
-               {"manifest", path.string()},
-               {"light", false},
-               {"distance", 0},
-               {"max_speed", nullptr},
-               {"clamped", nullptr},
-               {"color_range", nullptr},
-               {"quantization_error", nullptr}});
+    printText(jsonOf(*done) + "\n");
   } else {
     print("{}: {} of level sets from time {} to {}\n  {} inside, {}; listed in {}\n",
-          options.output, counted(written->frames, "frame"), times.front(), times.back(),
-          counted(written->insidePoints, "point"), sizeText(written->bytes), path.string());
+          options.output, counted(series.frames, "frame"), done->written.time.begin,
+          done->written.time.end, counted(series.insidePoints, "point"), sizeText(series.bytes),
+          done->manifest.string());
   }
   std::vector<std::string> notices;
-  verbs::noticeEmptyFrames(*written, notices);
+  verbs::noticeEmptyFrames(series, notices);
   printNotices(notices);
   return kDone;
 }

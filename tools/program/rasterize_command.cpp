@@ -1,9 +1,9 @@
 #include <fmt/format.h>
 
-#include "t4d/measure/compare.h"
-#include "t4d/verbs/origin.h"
+#include "t4d/verbs/rasterize.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
+#include "tools/program/console_observer.h"
 #include "tools/program/frame_options.h"
 #include "tools/program/input_options.h"
 #include "tools/program/voxel_series.h"
@@ -27,14 +27,15 @@ int run(const RasterizeArguments& options) {
   }
   const auto times = voxel4d::frameTimes(model::timeSpanOf(input->bodies), when);
   if (!times) return report(times.error());
-  if (!verbs::originOf(input->metadata).isZero(0)) {
-    printNotices(
-        {"the grids have the coordinates of the file, whose origin was moved; .vdb has no "
-         "place to say so"});
+  if (const auto done = options.series.part.settle(times->size(), "frames")) {
+    if (const auto notice = verbs::noticeOfOrigin(*input); !notice.empty()) printNotices({notice});
+    return *done;
   }
-  return writeVoxelSeries(
-      options.series, *times, [&](double time) { return measure::solidAt(input->bodies, time); },
-      input->name, nlohmann::ordered_json::object(), identityOf(*input));
+  ConsoleObserver observer;
+  const auto written = verbs::rasterize(*input, options.series.at(*times, input->name), observer);
+  if (!written) return report(written.error());
+  return reportVoxelSeries(options.series, times->size(), *written,
+                           nlohmann::ordered_json::object(), verbs::identityOf(*input));
 }
 
 }  // namespace

@@ -5,7 +5,6 @@
 
 #include "t4d/verbs/weave_names.h"
 #include "tools/program/console.h"
-#include "tools/program/console_observer.h"
 #include "tools/program/frame_options.h"
 #include "tools/program/option_checks.h"
 
@@ -72,7 +71,7 @@ void VoxelSeriesOptions::addTo(CLI::App& command) {
 
 verbs::VoxelSeriesOptions VoxelSeriesOptions::at(std::vector<double> frameTimes,
                                                  std::string name) const {
-  return {std::move(frameTimes), voxelSize, mask, part.chosen(), folder, std::move(name)};
+  return {std::move(frameTimes), voxelSize, mask, part.chosen(), folder, std::move(name), {}};
 }
 
 int reportVoxelSeries(const VoxelSeriesOptions& options, std::size_t frames,
@@ -97,16 +96,6 @@ int reportVoxelSeries(const VoxelSeriesOptions& options, std::size_t frames,
   }
   printNotices(written.notices);
   return options.lostParts.exitCode(series.partsLost, kDone);
-}
-
-int writeVoxelSeries(const VoxelSeriesOptions& options, const std::vector<double>& times,
-                     const voxel4d::SolidAtTime& solid, const std::string& where,
-                     nlohmann::ordered_json first, nlohmann::ordered_json identity) {
-  if (const auto done = options.part.settle(times.size(), "frames")) return *done;
-  ConsoleObserver observer;
-  const auto written = verbs::writeVoxelSeries(solid, options.at(times, where), observer);
-  if (!written) return report(written.error());
-  return reportVoxelSeries(options, times.size(), *written, std::move(first), std::move(identity));
 }
 
 }  // namespace t4d::tools

@@ -66,11 +66,4 @@ int reportVoxelSeries(const VoxelSeriesOptions& options, std::size_t frames,
                       nlohmann::ordered_json first = nlohmann::ordered_json::object(),
                       nlohmann::ordered_json identity = {});
 
-/// Writes `solid` at `times` and prints what was written; returns the exit code. `where` names the
-/// solid in errors; `first` and `identity` are as for reportVoxelSeries.
-int writeVoxelSeries(const VoxelSeriesOptions& options, const std::vector<double>& times,
-                     const voxel4d::SolidAtTime& solid, const std::string& where,
-                     nlohmann::ordered_json first = nlohmann::ordered_json::object(),
-                     nlohmann::ordered_json identity = {});
-
 }  // namespace t4d::tools
