@@ -114,8 +114,9 @@ Result<void> measureSide(Side& side, const ComparedFile& file, Observer& observe
     mesh.tetrahedra += report->tetrahedra;
     mesh.hypervolume += report->hypervolume;
     if (!report->valid()) {
-      observer.note(fmt::format("{}: body '{}' is not a closed, oriented 4D mesh", side.input.name,
-                                body.name));
+      observer.note(
+          fmt::format("{}: body '{}' is not a closed, oriented 4D mesh; validating it says why",
+                      side.input.name, body.name));
     }
   }
   return {};

@@ -97,7 +97,7 @@ Result<MeshFrames> openMeshFrames(const std::vector<std::string>& files,
   }
   MeshFrames opened{nullptr, std::make_shared<MeshFramesLog>()};
   if (!options.frameTime && !series->timed) {
-    opened.log->notices.emplace_back("meshes have no times: frames are taken to be 1 apart");
+    opened.log->notices.emplace_back(kMeshesAreOneApart);
   }
   for (const formats::MeshStep& step : series->steps) {
     for (const auto& file : step.files) opened.log->files.push_back(file.string());

@@ -10,6 +10,11 @@
 
 namespace t4d::verbs {
 
+/// The notice for meshes that say no times.
+inline constexpr const char* kMeshesAreOneApart =
+    "meshes have no times: frames are taken to be 1 apart; give the time between frames to change "
+    "that";
+
 /// True for the name of a triangle mesh that is read, or of a collection (.pvd) of them.
 bool isMeshFrame(const std::string& path);
 

@@ -10,6 +10,7 @@
 #include "t4d/formats/usd/usd_animation.h"
 #include "t4d/verbs/mechanism_input.h"
 #include "t4d/verbs/mending.h"
+#include "t4d/verbs/mesh_frames.h"
 #include "t4d/verbs/moving_mesh.h"
 #include "t4d/verbs/sweep_parts.h"
 
@@ -53,7 +54,7 @@ Result<formats::LoadedDeformation> readDeformation(const DeformationSweep& what)
   const std::vector<std::filesystem::path> paths(what.files.begin(), what.files.end());
   auto series = formats::readMeshSeries(paths, what.times);
   if (series && !series->timed && !what.times.between && !what.times.step) {
-    series->solid.notices.emplace_back("meshes have no times: frames are taken to be 1 apart");
+    series->solid.notices.emplace_back(kMeshesAreOneApart);
   }
   return series;
 }

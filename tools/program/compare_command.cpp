@@ -16,7 +16,6 @@
 #include "tools/program/compare_page.h"
 #include "tools/program/console.h"
 #include "tools/program/console_observer.h"
-#include "tools/program/hints.h"
 #include "tools/program/input_options.h"
 #include "tools/program/motion_options.h"
 #include "tools/program/numbers.h"
@@ -178,7 +177,6 @@ void printTables(const std::string& title, const verbs::CompareReport& report) {
 /// Prints the report and writes it to files.
 int finish(const CompareArguments& options, Outputs& outputs, const std::string& title,
            verbs::CompareReport report) {
-  for (std::string& note : report.notes) note = withAdvice(std::move(note));
   if (outputs.html) {
     const ProgressBar bar("drawing");
     if (auto written = writeAll(outputs.html, comparePage(title, report)); !written) {

@@ -1,7 +1,6 @@
 #include "tools/program/console_observer.h"
 
 #include "tools/program/console.h"
-#include "tools/program/hints.h"
 #include "tools/program/progress_bar.h"
 
 namespace t4d::tools {
@@ -11,6 +10,6 @@ std::unique_ptr<verbs::Stage> ConsoleObserver::stage(std::string title, std::uin
   return std::make_unique<ProgressBar>(std::move(title), total, std::move(units));
 }
 
-void ConsoleObserver::note(const std::string& notice) { printNotices({withAdvice(notice)}); }
+void ConsoleObserver::note(const std::string& notice) { printNotices({notice}); }
 
 }  // namespace t4d::tools

@@ -182,23 +182,4 @@ std::string hintFor(const Error& error) {
   return damaged ? recoveryHint(fileOf(error)) : std::string();
 }
 
-std::string withAdvice(std::string notice) {
-  constexpr std::string_view kTry = "; try ";
-  constexpr std::string_view kSlices = " slices";
-  if (notice.ends_with("frames are taken to be 1 apart")) {
-    notice += "; --frame-time changes that";
-  } else if (notice.ends_with("tetrahedra are in the flat caps")) {
-    notice += "; --caps graded closes the same solid with fewer";
-  } else if (notice.ends_with("is not a closed, oriented 4D mesh")) {
-    notice += "; `t4d validate` says why";
-  } else if (notice.ends_with("; choose other times")) {
-    notice.insert(notice.rfind("times"), "--");
-  } else if (const auto at = notice.rfind(kTry); at != notice.npos && notice.ends_with(kSlices)) {
-    const std::size_t number = at + kTry.size();
-    notice = fmt::format("{}--slices {}", notice.substr(0, number),
-                         notice.substr(number, notice.size() - kSlices.size() - number));
-  }
-  return notice;
-}
-
 }  // namespace t4d::tools

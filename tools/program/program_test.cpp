@@ -1810,7 +1810,7 @@ TEST_F(Program, GradedCapsHaveFewerCellsAndTheSameSlices) {
       "sweep fx/icosphere.obj -m fx/rest.json --backend voxel4d --voxel-size 0.25 --frames 2 ";
   const Finished flat = run(sweep + "-o flat.t4d --json");
   const Finished graded = run(sweep + "--caps graded -o graded.t4d --json");
-  EXPECT_THAT(flat.err, testing::HasSubstr("tetrahedra are in the flat caps; --caps graded"));
+  EXPECT_THAT(flat.err, testing::HasSubstr("tetrahedra are in the flat caps; graded caps"));
   EXPECT_EQ(graded.err, "");
   for (const std::size_t end : {0U, 1U}) {
     EXPECT_LT(graded.value()["cap_tetrahedra"][end].get<double>(),
@@ -2039,7 +2039,7 @@ TEST_F(Program, VolumesOfPatientsSayWhereTheAxesPoint) {
   EXPECT_EQ(woven("none.nrrd", "--json").value()["space"], nullptr);
   EXPECT_EQ(run("info out.t4d --json").value()["up"], "y");
   EXPECT_THAT(woven("none.nrrd").err,
-              testing::HasSubstr("frames are taken to be 1 apart; --frame-time changes that"));
+              testing::HasSubstr("frames are taken to be 1 apart; give the time between frames"));
   EXPECT_EQ(woven("none.nrrd", "--frame-time 2").err, "");
   EXPECT_THAT(contents(folder_ / "out.t4d"), testing::Not(testing::HasSubstr("\"space\"")));
 }

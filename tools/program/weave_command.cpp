@@ -17,7 +17,6 @@
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/console_observer.h"
-#include "tools/program/hints.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/part_option.h"
 #include "tools/program/t4d_output.h"
@@ -203,14 +202,15 @@ std::vector<std::string> noticesOf(const WeaveArguments& options,
     notices.push_back(formats::shownName(options.frames.front()) + ": " + report.spaceNotice);
   }
   if (report.oneApart) {
-    notices.emplace_back("the input has no times: frames are taken to be 1 apart");
+    notices.emplace_back(
+        "the input has no times: frames are taken to be 1 apart"
+        "; give the time between frames to change that");
   }
   if (report.takenAsDistances) {
     notices.push_back(
         "the samples are taken as distances: inside is where they are below 0; --iso VALUE takes "
         "them as densities, inside above VALUE");
   }
-  for (std::string& notice : notices) notice = withAdvice(std::move(notice));
   return notices;
 }
 
