@@ -45,6 +45,7 @@ if(bytes LESS 100000 OR NOT rest EQUAL 0)
 endif()
 # The paper's counts, and 20^3 for 64 units of time.
 expect(tee "^valid, 4750 vertices, 21552 tetrahedra, hypervolume 512000\n$")
+expect(ask_motion "^64 steps, valid, passes through a volume of 33600\n$")
 expect(flatten "^4750 vertices, 21552 cells, hypervolume 512000\n$")
 expect(slice_at_times "^0 8000\n.*\n64 8000\n$")
 string(REGEX MATCHALL " 8000\n" volumes "${run_output}")

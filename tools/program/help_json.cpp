@@ -37,7 +37,7 @@ ordered_json optionJson(const CLI::Option& option) {
           {"about", option.get_description()},
           {"value", takesValue ? ordered_json(type.substr(0, type.find(":{"))) : ordered_json()},
           {"choices", choicesOf(type)},
-          {"values", option.get_type_size_max()},
+          {"values", takesValue ? option.get_type_size_max() : 0},
           {"repeats", option.get_expected_max() >= CLI::detail::expected_max_vector_size},
           {"required", option.get_required()},
           {"default", option.get_default_str()},
