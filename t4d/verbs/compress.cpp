@@ -1,10 +1,9 @@
 #include "t4d/verbs/compress.h"
 
-#include <chrono>
-
 #include <nlohmann/json.hpp>
 
 #include "t4d/formats/t4d/writer.h"
+#include "t4d/system/stopwatch.h"
 #include "t4d/verbs/json_text.h"
 
 namespace t4d::verbs {
@@ -24,7 +23,7 @@ Result<void> writeSlabs(const Input& input, formats::T4dWriter& writer, Observer
 
 Result<CompressReport> compress(const Input& input, const CompressOptions& options,
                                 Observer& observer) {
-  const auto begin = std::chrono::steady_clock::now();
+  const system::Stopwatch stopwatch;
   const auto some = partOf(input, options.part, /*ofEach=*/true);
   if (!some) return some.error();
   auto writer = formats::T4dWriter::create(options.output, metadataOf(*some, options.generator),
@@ -36,7 +35,7 @@ Result<CompressReport> compress(const Input& input, const CompressOptions& optio
   CompressReport report;
   report.bytesBefore = input.reader ? input.reader->fileBytes() : 0;
   report.bytes = *bytes;
-  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  report.seconds = stopwatch.seconds();
   report.losses = writer->losses();
   return report;
 }

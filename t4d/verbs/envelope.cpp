@@ -1,7 +1,6 @@
 #include "t4d/verbs/envelope.h"
 
 #include <algorithm>
-#include <chrono>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -9,6 +8,7 @@
 #include "t4d/edit/collision_mesh.h"
 #include "t4d/formats/triangle/triangle_mesh_formats.h"
 #include "t4d/formats/triangle/triangle_mesh_writer.h"
+#include "t4d/system/stopwatch.h"
 #include "t4d/verbs/body_files.h"
 #include "t4d/verbs/body_passage.h"
 #include "t4d/verbs/input_identity.h"
@@ -18,8 +18,6 @@
 
 namespace t4d::verbs {
 namespace {
-
-using EnvelopeClock = std::chrono::steady_clock;
 
 bool isSinglePrecision(const std::string& output) {
   const auto* format = formats::triangleMeshFormat(output);
@@ -226,10 +224,6 @@ Result<void> makeWhole(const EnvelopeOptions& options, EnvelopeReport& report, O
   return lattice ? writeFields(options, std::move(*lattice), report, observer) : Result<void>();
 }
 
-double secondsFrom(EnvelopeClock::time_point begin) {
-  return std::chrono::duration<double>(EnvelopeClock::now() - begin).count();
-}
-
 }  // namespace
 
 Result<std::uint64_t> mostFieldParts(const Passages& passages, const EnvelopeOptions& options) {
@@ -267,7 +261,7 @@ std::vector<std::string> EnvelopeReport::losses() const {
 
 Result<EnvelopeReport> envelope(Passages passages, const EnvelopeOptions& options,
                                 Observer& observer) {
-  const auto begin = EnvelopeClock::now();
+  const system::Stopwatch stopwatch;
   if (auto good = checkEnvelopeOptions(options); !good) return good.error();
   EnvelopeReport report;
   report.contains = options.contains();
@@ -278,20 +272,20 @@ Result<EnvelopeReport> envelope(Passages passages, const EnvelopeOptions& option
   const auto done =
       options.part ? makePart(options, report, observer) : makeWhole(options, report, observer);
   if (!done) return done.error();
-  report.seconds = secondsFrom(begin);
+  report.seconds = stopwatch.seconds();
   return report;
 }
 
 Result<EnvelopeReport> envelope(const Input& input, const EnvelopeOptions& options,
                                 Observer& observer) {
-  const auto begin = EnvelopeClock::now();
+  const system::Stopwatch stopwatch;
   auto passages = passagesOf(input, options, observer);
   if (!passages) return passages.error();
   for (const Passage& one : passages->all) {
     if (const auto doubt = doubtOfHypervolume(one, passages->span)) observer.note(*doubt);
   }
   auto report = envelope(std::move(*passages), options, observer);
-  if (report) report->seconds = secondsFrom(begin);
+  if (report) report->seconds = stopwatch.seconds();
   return report;
 }
 

@@ -1,12 +1,11 @@
 #include "t4d/verbs/filter.h"
 
-#include <chrono>
-
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "t4d/edit/clip_time.h"
 #include "t4d/formats/t4d/writer.h"
+#include "t4d/system/stopwatch.h"
 #include "t4d/verbs/json_text.h"
 
 namespace t4d::verbs {
@@ -50,7 +49,7 @@ std::uint64_t FilterReport::capCells() const {
 }
 
 Result<FilterReport> filter(const Input& input, const FilterOptions& options, Observer& observer) {
-  const auto begin = std::chrono::steady_clock::now();
+  const system::Stopwatch stopwatch;
   const auto span = options.window.spanIn(input);
   if (!span) return span.error();
   FilterReport report;
@@ -66,7 +65,7 @@ Result<FilterReport> filter(const Input& input, const FilterOptions& options, Ob
   if (!bytes) return bytes.error();
   report.bytes = *bytes;
   report.losses = writer->losses();
-  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  report.seconds = stopwatch.seconds();
   return report;
 }
 

@@ -1,13 +1,13 @@
 #include "t4d/verbs/mill.h"
 
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
 #include <iterator>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/system/stopwatch.h"
 #include "t4d/verbs/json_text.h"
 #include "t4d/verbs/output_check.h"
 #include "t4d/verbs/weave_names.h"
@@ -78,7 +78,7 @@ mill::MillOptions optionsOfMilling(const MillInput& input, const MillOptions& op
 }  // namespace
 
 Result<MillReport> mill(const MillInput& input, const MillOptions& options, Observer& observer) {
-  const auto begin = std::chrono::steady_clock::now();
+  const system::Stopwatch stopwatch;
   const MillFiles& files = input.files;
   const model::Motion& motion = input.path.motion;
   if (auto good = checkMillOutput(files, options.output.path); !good) return good.error();
@@ -112,8 +112,7 @@ Result<MillReport> mill(const MillInput& input, const MillOptions& options, Obse
   }
   report.losses = input.losses;
   std::ranges::copy(file->losses(), std::back_inserter(report.losses));
-  report.seconds = input.seconds +
-                   std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  report.seconds = input.seconds + stopwatch.seconds();
   return report;
 }
 

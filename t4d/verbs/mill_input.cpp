@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <chrono>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -9,6 +8,7 @@
 #include "t4d/formats/toolpath/cutter_location_reader.h"
 #include "t4d/formats/toolpath/gcode_reader.h"
 #include "t4d/model/amount_text.h"
+#include "t4d/system/stopwatch.h"
 #include "t4d/verbs/mending.h"
 #include "t4d/verbs/mill.h"
 
@@ -92,7 +92,7 @@ Result<formats::ToolPath> readToolPath(const MillFiles& files,
 
 Result<MillInput> readMilling(const MillFiles& files, const MillOptions& options,
                               Observer& observer) {
-  const auto begin = std::chrono::steady_clock::now();
+  const system::Stopwatch stopwatch;
   if (files.tools.empty()) return fail(ErrorCode::Options, "no tool is given");
   if (files.kind == ToolPathKind::Motion && !files.tools.contains(0)) {
     return fail(ErrorCode::Options,
@@ -109,7 +109,7 @@ Result<MillInput> readMilling(const MillFiles& files, const MillOptions& options
   input.stock = std::move(*stock);
   input.tools = std::move(*tools);
   input.path = std::move(*path);
-  input.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  input.seconds = stopwatch.seconds();
   return input;
 }
 

@@ -1,7 +1,6 @@
 #include "t4d/verbs/simplify.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -12,6 +11,7 @@
 #include "t4d/measure/compare.h"
 #include "t4d/model/in_order.h"
 #include "t4d/model/source_part.h"
+#include "t4d/system/stopwatch.h"
 #include "t4d/verbs/json_text.h"
 #include "t4d/verbs/time_scale.h"
 
@@ -227,12 +227,12 @@ Result<SimplifyReport> simplifyAndMeasure(const Input& input, const SimplifyOpti
   report.scaleReason = scale->reason;
   report.bytesBefore = input.reader ? input.reader->fileBytes() : 0;
   if (auto noted = noteSweeps(input, observer); !noted) return noted.error();
-  const auto begin = std::chrono::steady_clock::now();
+  const system::Stopwatch stopwatch;
   std::vector<model::SourcePart> parts;
   if (auto done = write(input, *options, wanted, report, parts, observer); !done) {
     return done.error();
   }
-  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  report.seconds = stopwatch.seconds();
   noteGoal(*options, report.mesh, observer);
   Input before = input;
   for (std::size_t b = 0; b < parts.size(); ++b) before.bodies[b].source = &parts[b];

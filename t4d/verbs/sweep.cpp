@@ -1,9 +1,8 @@
 #include "t4d/verbs/sweep.h"
 
-#include <chrono>
-
 #include <fmt/format.h>
 
+#include "t4d/system/stopwatch.h"
 #include "t4d/verbs/output_check.h"
 #include "t4d/verbs/sweep_parts.h"
 
@@ -59,7 +58,7 @@ Result<SweepReport> sweep(const SweepOptions& options, Observer& observer) {
   if (const auto misuse = misuseOfOutput(output, namedFilesOf(options))) {
     return fail(ErrorCode::Options, *misuse);
   }
-  const auto begin = std::chrono::steady_clock::now();
+  const system::Stopwatch stopwatch;
   auto input = readSweepInput(options, observer);
   if (!input) return input.error();
   if (const auto misuse = misuseOfOutput(output, input->files)) {
@@ -86,7 +85,7 @@ Result<SweepReport> sweep(const SweepOptions& options, Observer& observer) {
   report->mended = std::move(input->mended);
   report->losses = std::move(input->losses);
   for (std::string& loss : file->losses()) report->losses.push_back(std::move(loss));
-  report->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  report->seconds = stopwatch.seconds();
   return report;
 }
 

@@ -1,7 +1,6 @@
 #include "t4d/verbs/transform.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <deque>
 #include <map>
@@ -17,6 +16,7 @@
 #include "t4d/formats/t4d/writer.h"
 #include "t4d/formats/triangle/rounding_loss.h"
 #include "t4d/model/sinks.h"
+#include "t4d/system/stopwatch.h"
 #include "t4d/verbs/json_text.h"
 #include "t4d/verbs/moved_bounds.h"
 #include "t4d/verbs/origin.h"
@@ -170,7 +170,7 @@ Result<void> writeMapped(const Input& input, const TransformOptions& options, bo
 
 Result<TransformReport> transform(const Input& given, const TransformOptions& options,
                                   Observer& observer) {
-  const auto begin = std::chrono::steady_clock::now();
+  const system::Stopwatch stopwatch;
   if (auto good = checkMap(options); !good) return good.error();
   TransformReport report;
   report.bodies = given.bodies.size();
@@ -191,7 +191,7 @@ Result<TransformReport> transform(const Input& given, const TransformOptions& op
   if (auto done = writeMapped(input, options, *coarse, report, observer); !done) {
     return done.error();
   }
-  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  report.seconds = stopwatch.seconds();
   return report;
 }
 

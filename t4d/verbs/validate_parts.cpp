@@ -6,6 +6,7 @@
 
 #include "t4d/formats/t4d/chunks.h"
 #include "t4d/formats/t4d/reader.h"
+#include "t4d/formats/t4d/stream.h"
 #include "t4d/model/source_part.h"
 #include "t4d/verbs/exact_json.h"
 #include "t4d/verbs/json_text.h"

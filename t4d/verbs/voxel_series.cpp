@@ -1,11 +1,10 @@
 #include "t4d/verbs/voxel_series.h"
 
-#include <chrono>
-
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "t4d/model/amount_text.h"
+#include "t4d/system/stopwatch.h"
 #include "t4d/verbs/json_text.h"
 #include "t4d/verbs/lost_parts.h"
 
@@ -18,7 +17,7 @@ Result<VoxelSeriesReport> writeVoxelSeries(const voxel4d::SolidAtTime& solid,
     return fail(ErrorCode::Options, fmt::format("there are {} frames, too few for {} parts",
                                                 times.size(), options.part.count));
   }
-  const auto begin = std::chrono::steady_clock::now();
+  const system::Stopwatch stopwatch;
   const model::PartRange own = options.part.of(times.size());
   const auto stage = observer.stage("voxelising", own.size(), "frames");
   auto written =
@@ -31,7 +30,7 @@ Result<VoxelSeriesReport> writeVoxelSeries(const voxel4d::SolidAtTime& solid,
   }
   VoxelSeriesReport report{.series = std::move(*written),
                            .time = {times[own.begin], times[own.end - 1]}};
-  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  report.seconds = stopwatch.seconds();
   noticeEmptyFrames(report.series, report.notices);
   noticeLostParts(report.series.partsLost, report.notices);
   return report;

@@ -1,6 +1,5 @@
 #include "t4d/verbs/weave.h"
 
-#include <chrono>
 #include <iterator>
 
 #include <fmt/format.h>
@@ -8,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/formats/t4d/url.h"
+#include "t4d/system/stopwatch.h"
 #include "t4d/verbs/json_text.h"
 #include "t4d/verbs/lost_parts.h"
 #include "t4d/verbs/output_check.h"
@@ -130,7 +130,7 @@ Result<void> checkOutput(const WeaveInput& input, const std::string& output) {
 }  // namespace
 
 Result<WeaveReport> weave(WeaveInput input, const WeaveOptions& options, Observer& observer) {
-  const auto begin = std::chrono::steady_clock::now();
+  const system::Stopwatch stopwatch;
   if (options.output.center && options.part.count > 1) {
     return fail(ErrorCode::Options, "a part cannot be centred: the parts would not meet");
   }
@@ -155,8 +155,7 @@ Result<WeaveReport> weave(WeaveInput input, const WeaveOptions& options, Observe
     report.losses = input.meshes->losses;
   }
   std::ranges::copy(file->losses(), std::back_inserter(report.losses));
-  report.seconds = input.seconds +
-                   std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  report.seconds = input.seconds + stopwatch.seconds();
   return report;
 }
 

@@ -1,7 +1,6 @@
 #include "t4d/verbs/weave_input.h"
 
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
 #include <set>
 #include <string_view>
@@ -14,6 +13,7 @@
 #include "t4d/formats/t4d/url.h"
 #include "t4d/formats/triangle/triangle_mesh_formats.h"
 #include "t4d/model/amount_text.h"
+#include "t4d/system/stopwatch.h"
 #include "t4d/voxel4d/advected_frames.h"
 #include "t4d/voxel4d/vdb_frames.h"
 #include "t4d/voxel4d/volumes/volume_velocity.h"
@@ -166,7 +166,7 @@ Result<FrameKind> frameKindOf(std::span<const std::string> files) {
 }
 
 Result<WeaveInput> openFrames(std::vector<std::string> files, FrameReading reading) {
-  const auto begin = std::chrono::steady_clock::now();
+  const system::Stopwatch stopwatch;
   const auto kind = frameKindOf(files);
   if (!kind) return kind.error();
   if (!reading.region.empty()) {
@@ -181,7 +181,7 @@ Result<WeaveInput> openFrames(std::vector<std::string> files, FrameReading readi
       .name = formats::shownName(files.front()), .frames = {}, .files = std::move(files)};
   input.reading = std::move(reading);
   if (auto opened = openKind(*kind, input); !opened) return opened.error();
-  input.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  input.seconds = stopwatch.seconds();
   return input;
 }
 

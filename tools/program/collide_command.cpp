@@ -231,7 +231,7 @@ void printIgnored(std::span<const verbs::BodyNames> ignored) {
 
 Result<void> writePage(const CollideArguments& options, const std::vector<CollidedPair>& pairs,
                        const Metadata& metadata) {
-  CollideReport made;
+  CollidePage made;
   made.lengthUnit = metadata.lengthUnit;
   made.timeUnit = metadata.timeUnit;
   made.zUp = metadata.up == "z";
@@ -403,15 +403,13 @@ std::optional<std::string> misuseOf(const CollideArguments& options,
 /// The report, with the member that `t4d join` needs of a part.
 std::string jsonOf(const CollideArguments& options, const verbs::CollideReport& found,
                    std::span<const verbs::Input> inputs) {
-  const std::string whole = verbs::jsonOf(found);
-  if (!options.part.isGiven()) return whole;
-  auto value = nlohmann::ordered_json::parse(whole);
-  auto files = nlohmann::ordered_json::object();
-  for (const verbs::Input& input : inputs) {
-    files[fmt::format("file {}", files.size() + 1)] = identityOf(input);
-  }
-  value["part"] = options.part.json(std::move(files));
-  return verbs::jsonText(value);
+  return options.part.inReport(verbs::jsonOf(found), [&] {
+    auto files = nlohmann::ordered_json::object();
+    for (const verbs::Input& input : inputs) {
+      files[fmt::format("file {}", files.size() + 1)] = identityOf(input);
+    }
+    return files;
+  });
 }
 
 int run(const CollideArguments& options) {

@@ -30,21 +30,13 @@ model::TriangleMesh only(const model::TriangleMesh& mesh, const std::vector<bool
   return part;
 }
 
-void append(model::TriangleMesh& to, const model::TriangleMesh& mesh) {
-  const auto first = static_cast<std::uint32_t>(to.vertices.size());
-  to.vertices.insert(to.vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
-  for (const model::Triangle& triangle : mesh.triangles) {
-    to.triangles.push_back({triangle[0] + first, triangle[1] + first, triangle[2] + first});
-  }
-}
-
 std::string imageOf(const model::TriangleMesh& mesh, const ColourAt& colour, const View& view,
                     const std::string& caption) {
   const auto png = pictureOf(mesh, colour, view, kSide, Shading::Solid, /*edges=*/false);
   return figureOf(png, kSide, caption);
 }
 
-std::string picturesOf(const CollideReport& report, const CollidePair& pair) {
+std::string picturesOf(const CollidePage& report, const CollidePair& pair) {
   model::Bounds3 bounds = boundsOf(pair.solidA);
   bounds.add(boundsOf(pair.solidB));
   if (bounds.empty()) return "";
@@ -69,7 +61,7 @@ std::string picturesOf(const CollideReport& report, const CollidePair& pair) {
          one(pair.solidB, pair.contactB, kBodyB, pair.b) + "</div>\n";
 }
 
-std::string plotsOf(const CollideReport& report, const CollidePair& pair) {
+std::string plotsOf(const CollidePage& report, const CollidePair& pair) {
   const std::string time = labelled("time", report.timeUnit);
   std::string html = "<div class=\"plots\">\n";
   if (!pair.times.empty()) {
@@ -91,7 +83,7 @@ std::string plotsOf(const CollideReport& report, const CollidePair& pair) {
 
 }  // namespace
 
-std::string collidePage(const CollideReport& report) {
+std::string collidePage(const CollidePage& report) {
   std::string html;
   for (const CollidePair& pair : report.pairs) {
     html += fmt::format("<h2>{} and {}</h2>\n<p>{}</p>\n", escaped(pair.a), escaped(pair.b),

@@ -24,7 +24,7 @@ struct CollidePair {
   std::vector<bool> contactB;
 };
 
-struct CollideReport {
+struct CollidePage {
   std::string title;
   std::string lengthUnit;  ///< "" if unknown
   std::string timeUnit;
@@ -34,6 +34,6 @@ struct CollideReport {
 
 /// One self-contained HTML page: for each pair the verdict, plots of clearance and overlap over
 /// time, and pictures.
-std::string collidePage(const CollideReport& report);
+std::string collidePage(const CollidePage& report);
 
 }  // namespace t4d::tools

@@ -47,9 +47,8 @@ int run(CompressArguments& options) {
   const auto compressed = verbs::compress(*input, options.compress, observer);
   if (!compressed) return report(compressed.error());
   if (options.json) {
-    auto value = nlohmann::ordered_json::parse(jsonOf(*compressed, peakBytes()));
-    if (options.part.isGiven()) value["part"] = options.part.json(identityOf(*input));
-    printJson(value);
+    const auto identity = [&] { return identityOf(*input); };
+    tools::printText(options.part.inReport(jsonOf(*compressed, peakBytes()), identity) + "\n");
   } else {
     printReport(*compressed, options);
   }

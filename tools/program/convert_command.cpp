@@ -1,4 +1,3 @@
-#include <chrono>
 #include <deque>
 #include <filesystem>
 #include <set>
@@ -19,6 +18,7 @@
 #include "t4d/formats/t4d/writer.h"
 #include "t4d/measure/mesh_check.h"
 #include "t4d/model/sinks.h"
+#include "t4d/system/stopwatch.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/input_options.h"
@@ -305,7 +305,7 @@ int run(const ConvertArguments& options) {
                       options.output, formats::writableMesh4dExtensions()));
     }
   }
-  const auto begin = std::chrono::steady_clock::now();
+  const system::Stopwatch stopwatch;
   ConvertInput input;
   const bool fromT4d = isT4d(options);
   if (fromT4d && (options.slabs || options.weld)) {
@@ -333,8 +333,7 @@ int run(const ConvertArguments& options) {
     vertices += body.vertices;
     tetrahedra += body.tetrahedra;
   }
-  const double seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const double seconds = stopwatch.seconds();
   if (options.json) {
     printJson({{"in", {{"format", input.format}, {"dialect", input.dialect}}},
                {"out", {{"format", toT4d ? std::string(kT4d) : std::string(to->id)}}},

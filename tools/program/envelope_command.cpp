@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <chrono>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -8,6 +7,7 @@
 #include "t4d/formats/output_file.h"
 #include "t4d/formats/triangle/triangle_mesh_formats.h"
 #include "t4d/slice/slice.h"
+#include "t4d/system/stopwatch.h"
 #include "t4d/verbs/body_files.h"
 #include "t4d/verbs/envelope.h"
 #include "tools/program/centering.h"
@@ -20,6 +20,7 @@
 #include "tools/program/part_option.h"
 #include "tools/program/time_window.h"
 #include "tools/program/version.h"
+#include "tools/report/solid_picture.h"
 
 namespace t4d::tools {
 namespace {
@@ -195,16 +196,9 @@ Result<void> writePage(const std::string& path, const verbs::EnvelopeReport& rep
   auto file = formats::OutputFile::create(path);
   if (!file) return file.error();
   const formats::Metadata& metadata = input.metadata;
-  EnvelopeReport page;
+  EnvelopePage page;
   page.title = "Envelope of " + input.name;
   page.zUp = metadata.up == "z";
-  const auto append = [](model::TriangleMesh& to, const model::TriangleMesh& mesh) {
-    const auto first = static_cast<std::uint32_t>(to.vertices.size());
-    to.vertices.insert(to.vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
-    for (const auto& [a, b, c] : mesh.triangles) {
-      to.triangles.push_back({a + first, b + first, c + first});
-    }
-  };
   model::TriangleMesh envelope;
   for (const Passage& one : report.passages.all) append(envelope, one.envelope.mesh);
   page.solids.emplace_back("envelope", std::move(envelope));
@@ -245,9 +239,8 @@ void printPart(const verbs::EnvelopeReport& report, const verbs::EnvelopeOptions
 
 void printReport(const verbs::EnvelopeReport& made, const EnvelopeArguments& options) {
   if (options.json) {
-    auto value = ordered_json::parse(jsonOf(made, peakBytes()));
-    if (made.part) value["part"] = options.part.json(identityOf(made.passages.input));
-    printJson(value);
+    const auto identity = [&] { return identityOf(made.passages.input); };
+    tools::printText(options.part.inReport(jsonOf(made, peakBytes()), identity) + "\n");
     return;
   }
   if (made.part) {
@@ -281,8 +274,7 @@ int run(EnvelopeArguments& options) {
   if (auto writable = checkWritable(outputsOf(options)); !writable) {
     return report(writable.error());
   }
-  using Clock = std::chrono::steady_clock;
-  const auto begin = Clock::now();
+  const system::Stopwatch stopwatch;
   const auto input = verbs::openInput(options.input, options.only);
   if (!input) return report(input.error());
   verbs::EnvelopeOptions& how = options.envelope;
@@ -307,7 +299,7 @@ int run(EnvelopeArguments& options) {
       return report(inInput(written.error(), *input));
     }
   }
-  made->seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  made->seconds = stopwatch.seconds();
   printReport(*made, options);
   return reportLosses(lossesOf(std::move(*made), how), how.center);
 }

@@ -7,7 +7,7 @@
 
 namespace t4d::tools {
 
-std::string envelopePage(const EnvelopeReport& report) {
+std::string envelopePage(const EnvelopePage& report) {
   constexpr std::uint32_t kWidth = 480;
   constexpr Colour kEnvelope = {0.95F, 0.72F, 0.50F};
   constexpr Colour kSolid = {0.55F, 0.71F, 0.90F};

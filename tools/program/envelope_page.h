@@ -9,7 +9,7 @@
 namespace t4d::tools {
 
 /// What the page of an envelope shows.
-struct EnvelopeReport {
+struct EnvelopePage {
   std::string title;
   std::vector<std::pair<std::string, std::string>> numbers;  ///< names and values
   /// Captions and solids, shown at the same scale.
@@ -18,6 +18,6 @@ struct EnvelopeReport {
 };
 
 /// A self-contained HTML page with pictures and a table.
-std::string envelopePage(const EnvelopeReport& report);
+std::string envelopePage(const EnvelopePage& report);
 
 }  // namespace t4d::tools

@@ -6,7 +6,7 @@
 namespace t4d::tools {
 
 /// What `--help` says of a command and of the verbs below it, as JSON
-/// (docs/schemas/help.schema.json).
+/// (docs/schemas/help.json).
 nlohmann::ordered_json helpJson(const CLI::App& command);
 
 }  // namespace t4d::tools

@@ -134,12 +134,9 @@ int run(const MeasureArguments& options) {
       return report(written.error());
     }
   }
-  if (options.json && options.part.isGiven()) {
-    auto value = ordered_json::parse(jsonOf(*measured));
-    value["part"] = options.part.json(identityOf(*input, times->size()));
-    printJson(value);
-  } else if (options.json) {
-    tools::printText(jsonOf(*measured) + "\n");
+  if (options.json) {
+    const auto identity = [&] { return identityOf(*input, times->size()); };
+    tools::printText(options.part.inReport(jsonOf(*measured), identity) + "\n");
   } else if (outputs.empty()) {
     printSamples(samples);
   } else {

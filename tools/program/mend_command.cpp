@@ -1,9 +1,9 @@
-#include <chrono>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "t4d/formats/triangle/triangle_mesh_formats.h"
+#include "t4d/system/stopwatch.h"
 #include "t4d/verbs/mending.h"
 #include "t4d/verbs/solid_input.h"
 #include "tools/program/bodies_option.h"
@@ -28,7 +28,7 @@ int run(const MendArguments& options) {
   if (const auto misuse = misuseOfOutput(options.output, {&options.input, 1})) {
     return wrongUsage(*misuse);
   }
-  const auto begin = std::chrono::steady_clock::now();
+  const system::Stopwatch stopwatch;
   ConsoleObserver observer;
   auto loaded = verbs::readSolidInput(
       {options.input, bodiesBy(options.bodies), options.mending.limits}, observer);
@@ -49,8 +49,7 @@ int run(const MendArguments& options) {
   }();
   if (!lost) return report(lost.error());
 
-  const double seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const double seconds = stopwatch.seconds();
   if (options.json) {
     auto result = verbs::mendJson(mended);
     result["vertices"] = vertices;

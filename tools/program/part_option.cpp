@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "t4d/verbs/json_text.h"
 #include "tools/program/console.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/version.h"
@@ -71,6 +72,15 @@ ordered_json PartOption::json(ordered_json input, ordered_json state) const {
   if (!input.is_null()) part["input"] = std::move(input);
   if (!state.is_null()) part["state"] = std::move(state);
   return part;
+}
+
+std::string PartOption::inReport(const std::string& report,
+                                 const std::function<ordered_json()>& input,
+                                 ordered_json state) const {
+  if (!isGiven()) return report;
+  auto value = ordered_json::parse(report);
+  value["part"] = json(input(), std::move(state));
+  return verbs::jsonText(value);
 }
 
 void addNoPartOption(CLI::App& command, const std::string& why) {

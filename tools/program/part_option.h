@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -34,6 +35,12 @@ class PartOption {
   /// what is equal for all runs with the same input, `state` what the report itself does not.
   nlohmann::ordered_json json(nlohmann::ordered_json input = {},
                               nlohmann::ordered_json state = {}) const;
+
+  /// A report in JSON, which has that member if it is one of a part; `input` is asked for only
+  /// then.
+  std::string inReport(const std::string& report,
+                       const std::function<nlohmann::ordered_json()>& input,
+                       nlohmann::ordered_json state = {}) const;
 
  private:
   const CLI::App* command_ = nullptr;

@@ -168,18 +168,17 @@ int run(QualityArguments& options) {
       return report(inInput(done.error(), *input));
     }
   }
-  if (options.json && options.part.isGiven()) {
-    auto value = nlohmann::ordered_json::parse(jsonOf(*measured));
-    nlohmann::ordered_json identity = identityOf(*input);
-    identity["worst"] = options.quality.worst;
-    identity["time_scale"] = measured->quality.timeScale;
-    value["part"] = options.part.json(std::move(identity),
-                                      nlohmann::ordered_json::parse(partStateOf(*measured)));
-    printJson(value);
-    return reportLosses(measured->losses);
-  }
   if (options.json) {
-    tools::printText(jsonOf(*measured) + "\n");
+    const auto identity = [&] {
+      nlohmann::ordered_json known = identityOf(*input);
+      known["worst"] = options.quality.worst;
+      known["time_scale"] = measured->quality.timeScale;
+      return known;
+    };
+    const auto state = options.part.isGiven()
+                           ? nlohmann::ordered_json::parse(partStateOf(*measured))
+                           : nlohmann::ordered_json();
+    tools::printText(options.part.inReport(jsonOf(*measured), identity, state) + "\n");
     return reportLosses(measured->losses);
   }
   printReport(*measured, *input);

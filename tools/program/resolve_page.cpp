@@ -52,17 +52,6 @@ std::string plotsOfResolved(const ResolvePage& page, const edit::ResolveReport& 
   return "<div class=\"plots\">\n" + svgOf(displacement) + svgOf(volume) + "</div>\n";
 }
 
-TriangleMesh together(const TriangleMesh& a, const TriangleMesh& b) {
-  TriangleMesh both = a;
-  both.attributes.clear();
-  const auto first = static_cast<std::uint32_t>(a.vertices.size());
-  both.vertices.insert(both.vertices.end(), b.vertices.begin(), b.vertices.end());
-  for (const auto& [i, j, k] : b.triangles) {
-    both.triangles.push_back({i + first, j + first, k + first});
-  }
-  return both;
-}
-
 /// Which of two surfaces a point is on: the nearer one.
 ColourAt coloursOf(const TriangleMesh& obstacles, const TriangleMesh& body) {
   const auto ofObstacles = std::make_shared<measure::TriangleTree>(obstacles);
@@ -105,7 +94,9 @@ std::string picturesOfResolved(const ResolvePage& page, const ResolvedView& body
   picture(body.before, plain, fmt::format("{} alone before, {}", body.name, when));
   picture(body.after, byMove(body.before, body.report.maxDisplacement),
           fmt::format("{} alone after, red where it has moved, {}", body.name, when));
-  picture(together(body.obstacles, body.after), coloursOf(body.obstacles, body.after),
+  TriangleMesh both = body.obstacles;
+  append(both, body.after);
+  picture(both, coloursOf(body.obstacles, body.after),
           fmt::format("{} and the obstacles after, {}", body.name, when));
   return "<div class=\"solids\">\n" + html + "</div>\n";
 }

@@ -203,8 +203,8 @@ std::vector<std::string> noticesOf(const WeaveArguments& options,
   }
   if (report.oneApart) {
     notices.emplace_back(
-        "the input has no times: frames are taken to be 1 apart"
-        "; give the time between frames to change that");
+        "the input has no times: frames are taken to be 1 apart; give the time between frames to "
+        "change that");
   }
   if (report.takenAsDistances) {
     notices.push_back(
@@ -217,11 +217,9 @@ std::vector<std::string> noticesOf(const WeaveArguments& options,
 /// The report, with the member that `t4d join` needs of a part.
 std::string jsonOf(const WeaveArguments& options, const verbs::WeaveReport& report,
                    std::uint64_t frames) {
-  const std::string whole = verbs::jsonOf(report, peakBytes());
-  if (!options.part.isGiven()) return whole;
-  auto value = ordered_json::parse(whole);
-  value["part"] = options.part.json({{"frames", frames}});
-  return verbs::jsonText(value);
+  return options.part.inReport(verbs::jsonOf(report, peakBytes()), [&] {
+    return ordered_json{{"frames", frames}};
+  });
 }
 
 void printReport(const WeaveArguments& options, const verbs::WeaveReport& report) {

@@ -132,6 +132,14 @@ class Canvas {
 
 }  // namespace
 
+void append(model::TriangleMesh& to, const model::TriangleMesh& mesh) {
+  const auto first = static_cast<std::uint32_t>(to.vertices.size());
+  to.vertices.insert(to.vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
+  for (const model::Triangle& triangle : mesh.triangles) {
+    to.triangles.push_back({triangle[0] + first, triangle[1] + first, triangle[2] + first});
+  }
+}
+
 View viewOf(const model::Bounds3& bounds, bool zUp) {
   View view;
   view.zUp = zUp;

@@ -23,6 +23,9 @@ struct View {
 /// A view whose picture contains everything within `bounds`.
 View viewOf(const model::Bounds3& bounds, bool zUp);
 
+/// Adds the triangles of another mesh, for a picture of both.
+void append(model::TriangleMesh& to, const model::TriangleMesh& mesh);
+
 /// The colour of a point of a surface; called once for each pixel that shows it.
 using ColourAt = std::function<Colour(const model::Point3&)>;
 

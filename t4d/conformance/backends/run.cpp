@@ -1,13 +1,14 @@
 #include "t4d/conformance/backends/run.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <mutex>
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
+
+#include "t4d/system/stopwatch.h"
 
 namespace t4d::conformance {
 namespace {
@@ -55,7 +56,7 @@ std::size_t CaseResult::passedChecks() const {
 
 CaseResult runCase(const Case& given, const Backend& backend, bool quick,
                    const model::Progress& progress) {
-  const auto begin = std::chrono::steady_clock::now();
+  const system::Stopwatch stopwatch;
   CaseResult result{given.id, given.description, backend.name(), {}, {}, {}, {}, {}, 0};
   std::vector<Resolution> resolutions = backend.resolutions(given);
   if (quick && resolutions.size() > 2) resolutions.pop_back();
@@ -108,7 +109,7 @@ CaseResult runCase(const Case& given, const Backend& backend, bool quick,
     }
     checkOrder("slices' volumes", plan.order, result.orders.slices, result);
   }
-  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  result.seconds = stopwatch.seconds();
   return result;
 }
 

@@ -1,10 +1,9 @@
 #include "t4d/conformance/driver/served_reader.h"
 
-#include <chrono>
-
 #include <fmt/format.h>
 
 #include "t4d/conformance/driver/plain_text.h"
+#include "t4d/system/stopwatch.h"
 
 namespace t4d::conformance {
 namespace {
@@ -52,7 +51,7 @@ Result<Reply> ServedReader::ask(const std::vector<std::string>& request, const s
   if (path.find('\n') != std::string::npos) {
     return invalid("a path with a line break cannot be sent to a serving reader", path);
   }
-  const auto begun = std::chrono::steady_clock::now();
+  const system::Stopwatch stopwatch;
   if (!process_) {
     auto started = ChildProcess::start(command_, {.pipeInput = true, .outputBytes = kAnswerBytes});
     if (!started) return started.error();
@@ -100,7 +99,7 @@ Result<Reply> ServedReader::ask(const std::vector<std::string>& request, const s
     }
   }
   if (reply.message.empty()) reply.message = std::move(message);
-  reply.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+  reply.seconds = stopwatch.seconds();
   const bool answered = reply.kind == Reply::Kind::Accepted || reply.kind == Reply::Kind::Refused;
   if (answered) {
     ++answered_;
