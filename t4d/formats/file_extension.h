@@ -1,7 +1,11 @@
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
+#include <span>
 #include <string>
+
+#include "t4d/system/file_format.h"
 
 namespace t4d::formats {
 
@@ -12,6 +16,15 @@ inline std::string lowerCaseExtension(const std::filesystem::path& path) {
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
   }
   return extension;
+}
+
+/// Whether a file is of one of these formats by its extension.
+inline bool isOneOf(std::span<const system::FileFormat> formats,
+                    const std::filesystem::path& path) {
+  const std::string extension = lowerCaseExtension(path);
+  return std::ranges::any_of(formats, [&](const system::FileFormat& format) {
+    return std::ranges::find(format.extensions, extension) != format.extensions.end();
+  });
 }
 
 }  // namespace t4d::formats

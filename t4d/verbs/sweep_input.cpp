@@ -4,7 +4,7 @@
 
 #include "t4d/formats/animation/foreign_scene.h"
 #include "t4d/formats/animation/mesh_steps.h"
-#include "t4d/formats/file_extension.h"
+#include "t4d/formats/gltf/gltf_writer.h"
 #include "t4d/formats/input_file.h"
 #include "t4d/formats/t4d/names.h"
 #include "t4d/formats/usd/usd_animation.h"
@@ -150,9 +150,8 @@ SweepKind sweepKindOf(std::span<const std::string> files, const std::string& mot
   const std::string& first = files.front();
   if (isMechanism(first)) return SweepKind::Mechanism;
   if (!motion.empty()) return SweepKind::Motion;
-  const std::string extension = formats::lowerCaseExtension(first);
-  const bool animated = extension == ".gltf" || extension == ".glb" ||
-                        formats::isForeignScene(first) || formats::isAnimatedUsd(first);
+  const bool animated =
+      formats::isGltf(first) || formats::isForeignScene(first) || formats::isAnimatedUsd(first);
   return animated && files.size() == 1 ? SweepKind::Animation : SweepKind::Deformation;
 }
 

@@ -18,10 +18,8 @@ std::filesystem::path nameIn(const std::string& path) {
 std::string nameWithoutExtension(const std::filesystem::path& path) {
   const std::filesystem::path stem = path.filename().stem();
   const std::string both = formats::lowerCaseExtension(stem) + formats::lowerCaseExtension(path);
-  const auto formats = voxel4d::volumeFormats();
-  const bool isDouble =
-      stem.has_extension() &&
-      std::ranges::find(formats, both, &voxel4d::VolumeFormat::extension) != formats.end();
+  const auto known = voxel4d::volumeExtensions();
+  const bool isDouble = stem.has_extension() && std::ranges::find(known, both) != known.end();
   return (isDouble ? stem.stem() : stem).string();
 }
 

@@ -141,9 +141,7 @@ Result<void> openKind(FrameKind kind, WeaveInput& input) {
 }  // namespace
 
 std::string volumeExtensions() {
-  std::vector<std::string_view> extensions;
-  for (const auto& format : voxel4d::volumeFormats()) extensions.push_back(format.extension);
-  return fmt::format("{}", fmt::join(extensions, ", "));
+  return fmt::format("{}", fmt::join(voxel4d::volumeExtensions(), ", "));
 }
 
 Result<FrameKind> frameKindOf(std::span<const std::string> files) {

@@ -6,11 +6,18 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
+#include "t4d/system/file_format.h"
 #include "t4d/voxel4d/frame.h"
 #include "t4d/voxel4d/region.h"
 
 namespace t4d::voxel4d {
+
+/// OpenVDB. Inline, as vdb_frames.cpp needs that library.
+inline std::vector<system::FileFormat> vdbFormats() {
+  return {{"OpenVDB", {".vdb"}, {"level sets", "densities", "masks"}, true}};
+}
 
 /// The name of the grid metadata that holds its time: a number, written as double.
 inline constexpr const char* kTimeMetadata = "t4d_time";

@@ -376,12 +376,12 @@ void writeVdbSeeds(const fs::path& folder) {
   for (const auto& [name, bytes] : voxel4d::vdbSamples()) write(folder / (name + ".vdb"), bytes);
 }
 
-/// The first byte is that of the format.
+/// The first byte is that of the extension.
 void writeVolumeSeeds(const fs::path& folder) {
-  const auto formats = voxel4d::volumeFormats();
+  const auto extensions = voxel4d::volumeExtensions();
   for (const auto& [name, bytes] : voxel4d::volumeSamples()) {
-    for (std::size_t i = 0; i < formats.size(); ++i) {
-      if (!name.ends_with(formats[i].extension)) continue;
+    for (std::size_t i = 0; i < extensions.size(); ++i) {
+      if (!name.ends_with(extensions[i])) continue;
       write(folder / name, static_cast<char>(i) + bytes);
     }
   }
@@ -390,8 +390,8 @@ void writeVolumeSeeds(const fs::path& folder) {
   for (const auto& [name, bytes] : voxel4d::zarrSample()) {
     files += fmt::format("{} {}\n{}", name, bytes.size(), bytes);
   }
-  const auto zarr = std::ranges::find(formats, ".zarr", &voxel4d::VolumeFormat::extension);
-  write(folder / "image.zarr", static_cast<char>(zarr - formats.begin()) + files);
+  const auto zarr = std::ranges::find(extensions, ".zarr");
+  write(folder / "image.zarr", static_cast<char>(zarr - extensions.begin()) + files);
 }
 
 }  // namespace

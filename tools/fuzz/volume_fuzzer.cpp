@@ -19,20 +19,20 @@ namespace {
 constexpr std::size_t kMemoryPerFileByte = std::size_t{1032} * 8 * 4;
 constexpr std::size_t kMemoryAlways = std::size_t{8} << 20;
 
-/// The file under a name of each format.
+/// The file under a name of each extension.
 class Names {
  public:
   explicit Names(const std::filesystem::path& file) {
     std::string name = (std::filesystem::temp_directory_path() / "fuzz-volume-XXXXXX").string();
     must(mkdtemp(name.data()) != nullptr, "there is a folder for temporary files");
     folder_ = name;
-    for (const auto& format : voxel4d::volumeFormats()) {
-      std::filesystem::create_symlink(file, pathOf(format));
+    for (const std::string_view extension : voxel4d::volumeExtensions()) {
+      std::filesystem::create_symlink(file, pathOf(extension));
     }
   }
   ~Names() { std::filesystem::remove_all(folder_); }
-  std::filesystem::path pathOf(const voxel4d::VolumeFormat& format) const {
-    return folder_ / ("f" + std::string(format.extension));
+  std::filesystem::path pathOf(std::string_view extension) const {
+    return folder_ / ("f" + std::string(extension));
   }
 
  private:
@@ -69,13 +69,13 @@ int test(std::span<const std::uint8_t> bytes) {
   static MemoryFile file;
   static const Names names(file.path());
   if (bytes.empty()) return 0;
-  const auto formats = voxel4d::volumeFormats();
-  const voxel4d::VolumeFormat& format = formats[bytes[0] % formats.size()];
-  std::vector<std::filesystem::path> files = {names.pathOf(format)};
+  const auto extensions = voxel4d::volumeExtensions();
+  const std::string_view extension = extensions[bytes[0] % extensions.size()];
+  std::vector<std::filesystem::path> files = {names.pathOf(extension)};
   file.set(bytes.subspan(1));
   const HeapMeter heap;
   voxel4d::VolumeOptions options;
-  const bool isZarr = format.extension == ".zarr";
+  const bool isZarr = extension == ".zarr";
   if (isZarr) {
     files = {"http://fuzz/a.zarr"};
     options.web = serverOf({reinterpret_cast<const char*>(bytes.data()) + 1, bytes.size() - 1});

@@ -1,51 +1,31 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
+#include "t4d/verbs/file_formats.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
-#include "tools/program/format_list.h"
 
 namespace t4d::tools {
 namespace {
 
-using nlohmann::ordered_json;
-
 int printFormats(bool json) {
-  const std::vector<ListedFormat> list = formatList();
+  const std::vector<verbs::FormatsOfKind> kinds = verbs::fileFormats();
   if (json) {
-    ordered_json rows = ordered_json::array();
-    for (const ListedFormat& format : list) {
-      rows.push_back({{"name", format.name},
-                      {"id", format.id},
-                      {"extensions", format.extensions},
-                      {"kind", format.kind},
-                      {"reads", format.reads},
-                      {"writes", format.writes},
-                      {"recognised_by", format.recognisedBy},
-                      {"keeps", format.keeps}});
-    }
-    printJson({{"formats", rows}});
+    printText(verbs::jsonOf(kinds) + "\n");
     return kDone;
   }
-  std::string kind;
-  std::vector<std::vector<std::string>> rows;
-  const auto flush = [&] {
-    if (rows.empty()) return;
+  for (const auto& [kind, formats] : kinds) {
+    std::vector<std::vector<std::string>> rows;
+    for (const system::FileFormat& format : formats) {
+      rows.push_back({fmt::format("  {}", format.name),
+                      fmt::format("{}", fmt::join(format.extensions, " ")), std::string(format.id),
+                      format.reads && format.writes ? "read, written"
+                      : format.reads                ? "read"
+                                                    : "written"});
+    }
     print("{}:\n", kind);
     printTable(rows, "l");
-    rows.clear();
-  };
-  for (const ListedFormat& format : list) {
-    if (format.kind != kind) flush();
-    kind = format.kind;
-    rows.push_back({"  " + format.name, fmt::format("{}", fmt::join(format.extensions, " ")),
-                    format.id,
-                    format.reads && format.writes ? "read, written"
-                    : format.reads                ? "read"
-                                                  : "written"});
   }
-  flush();
   return kDone;
 }
 

@@ -14,6 +14,7 @@
 #include "t4d/formats/t4d/url.h"
 #include "t4d/formats/triangle/triangle_mesh_formats.h"
 #include "t4d/verbs/t4d_file.h"
+#include "t4d/voxel4d/vdb_frames.h"
 #include "t4d/voxel4d/volumes/volume_frames.h"
 #include "tools/program/t4d_output.h"
 
@@ -73,11 +74,11 @@ std::string conversionHint(const std::string& path) {
         "it is a triangle mesh; sweep it first: t4d sweep {} --motion MOTION.json -o {}",
         quoted(path), freeName(path, "", ".t4d"));
   }
-  if (extension == ".json" || extension == ".csv") {
+  if (extension == ".json" || extension == ".csv") {  // other tables of poses may be any text
     return fmt::format("if it is a motion, sweep a solid by it: t4d sweep SOLID --motion {} -o {}",
                        quoted(path), freeName(path, "", ".t4d"));
   }
-  if (extension == ".vdb") {
+  if (formats::isOneOf(voxel4d::vdbFormats(), path)) {
     return fmt::format("it is a VDB file; make a 4D mesh of frames: t4d weave {} -o {}",
                        quoted(path), freeName(path, "", ".t4d"));
   }

@@ -120,10 +120,12 @@ class CacheKeys : public model::VertexKeys {
 
 }  // namespace
 
-bool isPointCache(const std::filesystem::path& path) {
-  const std::string extension = lowerCaseExtension(path);
-  return extension == ".pc2" || extension == ".mdd";
+std::vector<system::FileFormat> pointCacheFormats() {
+  return {{"PC2", {".pc2"}, {"vertices of a triangle mesh", "times"}},
+          {"MDD", {".mdd"}, {"vertices of a triangle mesh", "times"}}};
 }
+
+bool isPointCache(const std::filesystem::path& path) { return isOneOf(pointCacheFormats(), path); }
 
 Result<LoadedDeformation> readMeshSeries(std::span<const std::filesystem::path> files,
                                          const KeyTimes& times) {

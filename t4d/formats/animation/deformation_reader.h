@@ -9,6 +9,7 @@
 #include "t4d/formats/triangle/triangle_mesh_reader.h"
 #include "t4d/model/times.h"
 #include "t4d/model/vertex_keys.h"
+#include "t4d/system/file_format.h"
 
 namespace t4d::formats {
 
@@ -39,6 +40,9 @@ Result<LoadedDeformation> readMeshSeries(std::span<const std::filesystem::path> 
 /// as many points as the mesh's file, in the same order. One sample is in memory at a time.
 Result<LoadedDeformation> readCachedMesh(const std::filesystem::path& mesh,
                                          const std::filesystem::path& cache, const KeyTimes& times);
+
+/// PC2 and MDD.
+std::vector<system::FileFormat> pointCacheFormats();
 
 /// True for the name of a .pc2 or .mdd file.
 bool isPointCache(const std::filesystem::path& path);

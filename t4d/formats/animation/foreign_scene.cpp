@@ -493,11 +493,6 @@ Result<ForeignScene> unpacked(const std::string& text, const InputFile& file) {
 
 }  // namespace
 
-bool isForeignScene(const std::filesystem::path& path) {
-  const std::string extension = lowerCaseExtension(path);
-  return extension == ".fbx" || extension == ".dae";
-}
-
 bool readsForeignScenes() { return true; }
 
 Result<ForeignScene> readForeignScene(const InputFile& file, bool keepAxes) {

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "t4d/formats/file_extension.h"
 #include "t4d/formats/input_file.h"
 
 namespace t4d::formats {
@@ -14,8 +15,16 @@ struct ForeignScene {
   std::vector<std::string> losses;  ///< what the file holds and the glTF does not, a sentence each
 };
 
+/// FBX and COLLADA, which a build without Assimp refuses.
+inline std::vector<system::FileFormat> foreignSceneFormats() {
+  return {{"FBX", {".fbx"}, {"triangles", "bodies", "names of bodies", "units"}},
+          {"COLLADA", {".dae"}, {"triangles", "bodies", "names of bodies", "units"}}};
+}
+
 /// True for the name of an FBX or COLLADA file: .fbx or .dae.
-bool isForeignScene(const std::filesystem::path& path);
+inline bool isForeignScene(const std::filesystem::path& path) {
+  return isOneOf(foreignSceneFormats(), path);
+}
 
 /// False in a build without Assimp.
 bool readsForeignScenes();

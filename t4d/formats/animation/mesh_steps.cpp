@@ -106,7 +106,11 @@ void addNew(std::vector<std::string>& lines, const std::vector<std::string>& mor
 
 }  // namespace
 
-bool isCollection(const fs::path& path) { return lowerCaseExtension(path) == ".pvd"; }
+std::vector<system::FileFormat> collectionFormats() {
+  return {{"ParaView collection of surfaces", {".pvd"}, {"triangles", "times"}, true}};
+}
+
+bool isCollection(const fs::path& path) { return isOneOf(collectionFormats(), path); }
 
 Result<MeshSteps> meshSteps(std::span<const fs::path> files) {
   const bool collected = files.size() == 1 && isCollection(files.front());

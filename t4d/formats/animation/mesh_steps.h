@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "t4d/formats/triangle/triangle_mesh_reader.h"
+#include "t4d/system/file_format.h"
 
 /// A series of triangle meshes: numbered files, or those that a collection (.pvd) lists.
 namespace t4d::formats {
@@ -19,6 +20,9 @@ struct MeshSteps {
   std::vector<MeshStep> steps;
   bool timed = false;  ///< the times are from a file; otherwise they are 0, 1, ...
 };
+
+/// ParaView's .pvd, which lists meshes with their times.
+std::vector<system::FileFormat> collectionFormats();
 
 /// True for the name of a .pvd file.
 bool isCollection(const std::filesystem::path& path);

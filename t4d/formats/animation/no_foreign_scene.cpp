@@ -1,12 +1,6 @@
 #include "t4d/formats/animation/foreign_scene.h"
-#include "t4d/formats/file_extension.h"
 
 namespace t4d::formats {
-
-bool isForeignScene(const std::filesystem::path& path) {
-  const std::string extension = lowerCaseExtension(path);
-  return extension == ".fbx" || extension == ".dae";
-}
 
 bool readsForeignScenes() { return false; }
 

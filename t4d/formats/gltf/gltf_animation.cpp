@@ -343,6 +343,13 @@ class AnimationReader {
 
 }  // namespace
 
+std::vector<system::FileFormat> animatedGltfFormats() {
+  return {{"animated glTF",
+           {".gltf", ".glb"},
+           {"triangles", "bodies", "names of bodies", "units"},
+           true}};
+}
+
 Result<AnimatedScene> readGltfAnimation(const InputFile& file,
                                         const GltfAnimationOptions& options) {
   auto loaded = loadGltfModel(file);

@@ -11,6 +11,7 @@
 #include "t4d/model/chords.h"
 #include "t4d/model/motion.h"
 #include "t4d/model/vertex_keys.h"
+#include "t4d/system/file_format.h"
 
 namespace t4d::formats {
 
@@ -46,6 +47,9 @@ struct AnimatedScene {
   std::string lengthUnit = "m";
   std::string up = "y";  ///< or "z"
 };
+
+/// glTF, binary or text.
+std::vector<system::FileFormat> animatedGltfFormats();
 
 /// Reads an animation of a glTF 2.0 file, from time 0 to its last key: each node of the scene with
 /// a mesh is a body. Nodes are translated, rotated and scaled (STEP, LINEAR, CUBICSPLINE), and

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "t4d/formats/file_extension.h"
+#include "t4d/formats/gltf/gltf_animation.h"
 #include "t4d/formats/gltf/gltf_builder.h"
 #include "t4d/formats/triangle/written_mesh.h"
 #include "t4d/system/replaceable.h"
@@ -36,10 +37,7 @@ Result<std::vector<std::string>> writeScene(Form form, OutputFile& file,
 
 }  // namespace
 
-bool isGltf(const std::filesystem::path& path) {
-  const std::string extension = lowerCaseExtension(path);
-  return extension == ".glb" || extension == ".gltf";
-}
+bool isGltf(const std::filesystem::path& path) { return isOneOf(animatedGltfFormats(), path); }
 
 Result<std::vector<std::string>> writeGltfBinary(OutputFile& file,
                                                  std::span<const NamedMesh> meshes,

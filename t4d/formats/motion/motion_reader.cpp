@@ -91,6 +91,11 @@ Result<model::Motion> parseMotion(const std::string& text, const std::string& na
   return invalid("is not JSON: " + jsonMessage(error), name);
 }
 
+std::vector<system::FileFormat> motionFormats() {
+  return {{"t4d motion", {".json"}, {"screw motions", "units"}},
+          {"table of poses", {".csv", ".tsv", ".txt"}, {"screw motions"}}};
+}
+
 Result<model::Motion> readMotion(const std::filesystem::path& path, std::string* form,
                                  const MotionTableOptions& table) {
   const std::string extension = lowerCaseExtension(path);
@@ -102,7 +107,7 @@ Result<model::Motion> readMotion(const std::filesystem::path& path, std::string*
   }
   auto file = readInputFile(path);
   if (!file) return file.error();
-  if (extension == ".csv" || extension == ".tsv" || extension == ".txt") {
+  if (extension != ".json" && isOneOf(motionFormats(), path)) {
     return readMotionCsv(*file, form, table);
   }
   if (!table.empty()) {

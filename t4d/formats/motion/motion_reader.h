@@ -2,11 +2,16 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "t4d/formats/motion/motion_csv.h"
 #include "t4d/model/motion.h"
+#include "t4d/system/file_format.h"
 
 namespace t4d::formats {
+
+/// Our JSON and tables of poses.
+std::vector<system::FileFormat> motionFormats();
 
 /// Reads a motion file (docs/motion.md; JSON Schema in t4d/formats/motion/motion.schema.json):
 /// `segments`, each a screw, or `poses`, joined by screws. Refuses, with the file and the place in

@@ -20,6 +20,14 @@ namespace t4d::formats {
 
 using namespace t4d_layout;
 
+std::vector<system::FileFormat> t4dFormats() {
+  const std::vector<std::string_view> keeps = {"4D coordinates",   "tetrahedra", "orientation",
+                                               "double precision", "bodies",     "names of bodies",
+                                               "attributes",       "metadata",   "slabs"};
+  return {{"t4d", {".t4d"}, keeps, true, "the signature", true, "t4d"},
+          {"t4d in parts", {".t4dm"}, keeps, true}};
+}
+
 bool isPipe(const std::filesystem::path& path) {
   std::error_code ignored;
   const auto status = std::filesystem::status(path, ignored);

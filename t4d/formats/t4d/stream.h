@@ -7,8 +7,12 @@
 #include <vector>
 
 #include "t4d/formats/t4d/reader.h"
+#include "t4d/system/file_format.h"
 
 namespace t4d::formats {
+
+/// Our own, in one file or in parts.
+std::vector<system::FileFormat> t4dFormats();
 
 /// Whether the path is `-`, the standard input, or a pipe or terminal: whether T4dStream can read
 /// it, and T4dReader cannot.

@@ -37,6 +37,24 @@ int offsetOf(std::string_view word) {
 
 }  // namespace
 
+std::vector<system::FileFormat> toolPathFormats() {
+  return {{"G-code",
+           {".nc", ".ngc", ".gcode", ".tap"},
+           {"straight moves and chords of arcs", "rapid moves", "changes of tools", "times"},
+           false,
+           "the option `--gcode`"},
+          {"cutter locations (APT)",
+           {".cl", ".cls", ".apt"},
+           {"straight moves and turns", "rapid moves", "changes of tools", "times"},
+           false,
+           "the option `--locations`"},
+          {"tool table of LinuxCNC",
+           {".tbl"},
+           {"lengths of tools", "remarks"},
+           false,
+           "the option `--tool-table`"}};
+}
+
 Result<model::Point3> parsePoint(std::string_view text) {
   const std::string_view whole = text;
   model::Point3 point;

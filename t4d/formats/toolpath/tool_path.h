@@ -12,6 +12,7 @@
 #include "t4d/model/error.h"
 #include "t4d/model/motion.h"
 #include "t4d/model/times.h"
+#include "t4d/system/file_format.h"
 
 namespace t4d::formats {
 
@@ -48,6 +49,9 @@ struct ToolPathOptions {
   /// A program that carries out so many lines more than it has is refused: it may never end.
   std::uint64_t repeatedLines = 5'000'000;
 };
+
+/// G-code, cutter locations and tables of tools. Machines give them any extension.
+std::vector<system::FileFormat> toolPathFormats();
 
 /// Reads `x,y,z`.
 Result<model::Point3> parsePoint(std::string_view text);

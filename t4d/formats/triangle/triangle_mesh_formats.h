@@ -14,7 +14,8 @@
 namespace t4d::formats {
 
 /// A file format of triangle meshes, by one of its extensions. The rows are in
-/// triangle_mesh_formats.cpp; everything that reads, writes or lists these formats goes by them.
+/// t4d/formats/triangle_mesh_rows.cpp, above all readers and writers; everything that reads, writes
+/// or lists these formats goes by them.
 struct TriangleMeshFormat {
   std::string_view extension;  ///< with its dot, in lower case
   std::string_view name;
@@ -32,7 +33,7 @@ struct TriangleMeshFormat {
   bool placed = false;
 
   /// What it holds besides triangles, for users.
-  std::span<const std::string_view> keeps = {};
+  std::vector<std::string_view> keeps = {};
 };
 
 /// All formats, in the order in which they are listed for users.

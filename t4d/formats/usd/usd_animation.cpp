@@ -145,10 +145,16 @@ class UsdAnimationReader {
 
 }  // namespace
 
+std::vector<system::FileFormat> animatedUsdFormats() {
+  return {{"animated USD",
+           {".usda", ".usdz"},
+           {"triangles", "bodies", "names of bodies", "attributes", "units"},
+           true}};
+}
+
 bool isAnimatedUsd(const std::filesystem::path& path) {
   const std::string extension = lowerCaseExtension(path);
-  return extension == ".usda" || extension == ".usdz" || extension == ".usd" ||
-         extension == ".usdc";
+  return isOneOf(animatedUsdFormats(), path) || extension == ".usd" || extension == ".usdc";
 }
 
 Result<AnimatedScene> readUsdAnimation(InputFile file, const GltfAnimationOptions& options) {

@@ -4,6 +4,9 @@
 
 namespace t4d::formats {
 
+/// USD, text or a package of it.
+std::vector<system::FileFormat> animatedUsdFormats();
+
 /// True for the name of a file that may be an animated USD: .usda, .usdz, .usd, .usdc.
 bool isAnimatedUsd(const std::filesystem::path& path);
 

@@ -9,6 +9,7 @@
 
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/triangle/written_mesh.h"
+#include "t4d/formats/usd/usd_animation.h"
 #include "t4d/formats/usd/usd_stage.h"
 #include "t4d/system/replaceable.h"
 
@@ -56,10 +57,7 @@ Result<std::vector<std::string>> writeUsdMeshes(UsdForm form, OutputFile& file,
 
 }  // namespace
 
-bool isUsd(const std::filesystem::path& path) {
-  const std::string extension = lowerCaseExtension(path);
-  return extension == ".usda" || extension == ".usdz";
-}
+bool isUsd(const std::filesystem::path& path) { return isOneOf(animatedUsdFormats(), path); }
 
 Result<std::vector<std::string>> writeUsdText(OutputFile& file, std::span<const NamedMesh> meshes,
                                               const MeshWriteOptions& options) {

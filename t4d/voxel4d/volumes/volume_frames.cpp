@@ -31,7 +31,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Row {
-  VolumeFormat format;
+  system::FileFormat format;
   Result<Volume> (*read)(const fs::path& path, const VolumeOptions& options);
 };
 
@@ -60,37 +60,38 @@ Result<Volume> readRaw(const fs::path& path, const VolumeOptions& options) {
   return readRawHeader(path, options.raw);
 }
 
-constexpr std::array<std::string_view, 5> kPlaced = {"densities", "labels", "place", "times",
-                                                     "units"};
-constexpr std::array<std::string_view, 4> kPages = {"densities", "labels", "times", "units"};
-constexpr std::array<std::string_view, 6> kArrays = {"densities", "labels", "masks",
-                                                     "place",     "times",  "units"};
-constexpr std::array<std::string_view, 3> kSamples = {"densities", "labels", "masks"};
+const std::vector<Row>& rows() {
+  using Words = std::vector<std::string_view>;
+  static const Words placed = {"densities", "labels", "place", "times", "units"};
+  static const Words samples = {"densities", "labels", "masks"};
+  static const std::vector<Row> table = {
+      {{"NRRD", {".nrrd", ".nhdr"}, placed}, readNrrd},
+      {{"NIfTI-1 and -2", {".nii", ".nii.gz", ".hdr"}, placed}, readNifti},
+      {{"TIFF, ImageJ and OME", {".tif", ".tiff"}, {"densities", "labels", "times", "units"}},
+       readTiff},
+      {{"DICOM series", {".dcm"}, placed}, readDicom},
+      {{"Zarr, OME-Zarr", {".zarr"}, {"densities", "labels", "masks", "place", "times", "units"}},
+       readZarrInput},
+      {{"NumPy array", {".npy"}, samples}, readNpy},
+      {{"bare samples", {".raw"}, samples}, readRaw},
+  };
+  return table;
+}
 
-constexpr Row kZarr = {{".zarr", "Zarr, OME-Zarr", kArrays}, readZarrInput};
-
-constexpr std::array kRows = {
-    Row{{".nrrd", "NRRD", kPlaced}, readNrrd},
-    Row{{".nhdr", "NRRD", kPlaced}, readNrrd},
-    Row{{".nii", "NIfTI-1 and -2", kPlaced}, readNifti},
-    Row{{".nii.gz", "NIfTI-1 and -2", kPlaced}, readNifti},
-    Row{{".hdr", "NIfTI-1 and -2", kPlaced}, readNifti},
-    Row{{".tif", "TIFF, ImageJ and OME", kPages}, readTiff},
-    Row{{".tiff", "TIFF, ImageJ and OME", kPages}, readTiff},
-    Row{{".dcm", "DICOM series", kPlaced}, readDicom},
-    kZarr,
-    Row{{".npy", "NumPy array", kSamples}, readNpy},
-    Row{{".raw", "bare samples", kSamples}, readRaw},
-};
+/// By an extension that the name ends with.
+const Row* rowOfName(std::string name) {
+  std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
+  for (const Row& row : rows()) {
+    for (const std::string_view extension : row.format.extensions) {
+      if (name.ends_with(extension)) return &row;
+    }
+  }
+  return nullptr;
+}
 
 const Row* rowOf(const fs::path& path) {
-  if (isWebUrl(path)) return &kZarr;
-  std::string name = path.filename().string();
-  std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
-  const auto found = std::ranges::find_if(
-      kRows, [&](const Row& row) { return name.ends_with(row.format.extension); });
-  if (found != kRows.end()) return &*found;
-  return isZarr(path) ? &kZarr : nullptr;
+  const Row* row = isWebUrl(path) ? nullptr : rowOfName(path.filename().string());
+  return row == nullptr && isZarr(path) ? rowOfName(".zarr") : row;
 }
 
 /// An error in the data of a volume says which header names them, if it is in another file.
@@ -521,13 +522,18 @@ Result<std::vector<double>> timesOf(const Volume& first, const Extent& frames,
 
 }  // namespace
 
-std::span<const VolumeFormat> volumeFormats() {
-  static const auto formats = [] {
-    std::array<VolumeFormat, kRows.size()> all;
-    std::ranges::transform(kRows, all.begin(), &Row::format);
-    return all;
-  }();
-  return formats;
+std::vector<system::FileFormat> volumeFormats() {
+  std::vector<system::FileFormat> all;
+  for (const Row& row : rows()) all.push_back(row.format);
+  return all;
+}
+
+std::vector<std::string_view> volumeExtensions() {
+  std::vector<std::string_view> all;
+  for (const Row& row : rows()) {
+    all.insert(all.end(), row.format.extensions.begin(), row.format.extensions.end());
+  }
+  return all;
 }
 
 bool isDicomInput(const fs::path& path) {

@@ -7,23 +7,22 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "t4d/model/layer_pose.h"
+#include "t4d/system/file_format.h"
 #include "t4d/system/web_files.h"
 #include "t4d/voxel4d/frame.h"
 #include "t4d/voxel4d/region.h"
 
 namespace t4d::voxel4d {
 
-/// A format of volumes: arrays of samples, as scanners and simulations write them.
-struct VolumeFormat {
-  std::string_view extension;               ///< with its dot, in lower case
-  std::string_view name;                    ///< the same for all extensions of a format
-  std::span<const std::string_view> keeps;  ///< what it holds of what t4d knows, for users
-};
+/// What openVolumeFrames reads: arrays of samples, as scanners and simulations write them.
+std::vector<system::FileFormat> volumeFormats();
 
-/// Those that openVolumeFrames reads, in the order in which they are listed for users.
-std::span<const VolumeFormat> volumeFormats();
+/// The extensions of all of these, with their dots.
+std::vector<std::string_view> volumeExtensions();
 
 /// Whether a file is one of these, by its extension; DICOM, a file with its signature or a folder
 /// that holds one and no .vdb file; or Zarr.

@@ -1,0 +1,95 @@
+#include "t4d/verbs/file_formats.h"
+
+#include <initializer_list>
+
+#include <nlohmann/json.hpp>
+
+#include "t4d/formats/animation/deformation_reader.h"
+#include "t4d/formats/animation/foreign_scene.h"
+#include "t4d/formats/animation/mesh_steps.h"
+#include "t4d/formats/gltf/gltf_animation.h"
+#include "t4d/formats/mesh4d/mesh4d_formats.h"
+#include "t4d/formats/motion/motion_reader.h"
+#include "t4d/formats/t4d/stream.h"
+#include "t4d/formats/toolpath/tool_path.h"
+#include "t4d/formats/triangle/triangle_mesh_formats.h"
+#include "t4d/formats/usd/usd_animation.h"
+#include "t4d/verbs/json_text.h"
+#include "t4d/voxel4d/vdb_frames.h"
+#include "t4d/voxel4d/volumes/volume_frames.h"
+
+namespace t4d::verbs {
+namespace {
+
+using FormatRows = std::vector<system::FileFormat>;
+
+FormatRows joinedRows(std::initializer_list<FormatRows> lists) {
+  FormatRows all;
+  for (const FormatRows& rows : lists) all.insert(all.end(), rows.begin(), rows.end());
+  return all;
+}
+
+FormatRows rowsOfMeshes4d() {
+  FormatRows rows;
+  for (const formats::Mesh4dFormat& format : formats::mesh4dFormats()) {
+    const formats::Mesh4dKeeps& has = format.keeps;
+    std::vector<std::string_view> keeps = {"4D coordinates"};
+    if (has.tetrahedra) keeps.insert(keeps.end(), {"tetrahedra", "orientation"});
+    if (has.doubles) keeps.emplace_back("double precision");
+    if (has.bodies) keeps.emplace_back("bodies");
+    if (has.names) keeps.emplace_back("names of bodies");
+    if (has.attributes != nullptr) keeps.emplace_back("attributes");
+    rows.push_back({format.name, format.extensions, std::move(keeps), format.write != nullptr,
+                    format.recognisedBy, has.tetrahedra && format.read != nullptr, format.id});
+  }
+  return rows;
+}
+
+FormatRows rowsOfTriangleMeshes() {
+  FormatRows rows;
+  for (const formats::TriangleMeshFormat& format : formats::triangleMeshFormats()) {
+    std::vector<std::string_view> keeps = {"triangles"};
+    keeps.insert(keeps.end(), format.keeps.begin(), format.keeps.end());
+    rows.push_back({.name = format.name,
+                    .extensions = {format.extension},
+                    .keeps = std::move(keeps),
+                    .writes = format.write != nullptr,
+                    .reads = format.read != nullptr});
+  }
+  return rows;
+}
+
+}  // namespace
+
+std::vector<FormatsOfKind> fileFormats() {
+  const bool foreign = formats::readsForeignScenes();
+  return {
+      {"4D mesh", joinedRows({formats::t4dFormats(), rowsOfMeshes4d()})},
+      {"triangle mesh", rowsOfTriangleMeshes()},
+      {"motion", formats::motionFormats()},
+      {"tool path", formats::toolPathFormats()},
+      {"point cache", formats::pointCacheFormats()},
+      {"volumes over time", joinedRows({voxel4d::vdbFormats(), voxel4d::volumeFormats()})},
+      {"solid over time", joinedRows({formats::collectionFormats(), formats::animatedGltfFormats(),
+                                      formats::animatedUsdFormats(),
+                                      foreign ? formats::foreignSceneFormats() : FormatRows()})}};
+}
+
+std::string jsonOf(std::span<const FormatsOfKind> kinds) {
+  auto rows = nlohmann::ordered_json::array();
+  for (const auto& [kind, formats] : kinds) {
+    for (const system::FileFormat& format : formats) {
+      rows.push_back({{"name", format.name},
+                      {"id", format.id},
+                      {"extensions", format.extensions},
+                      {"kind", kind},
+                      {"reads", format.reads},
+                      {"writes", format.writes},
+                      {"recognised_by", format.recognisedBy},
+                      {"keeps", format.keeps}});
+    }
+  }
+  return jsonText({{"formats", rows}});
+}
+
+}  // namespace t4d::verbs
