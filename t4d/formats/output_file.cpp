@@ -180,6 +180,10 @@ Result<void> OutputFile::rewrite(std::uint64_t offset, const void* data, std::si
   return {};
 }
 
+Result<void> OutputFile::finish(std::string_view bytes) {
+  return write(bytes.data(), bytes.size()).and_then([&] { return commit(); });
+}
+
 Result<void> OutputFile::commitAll(std::span<OutputFile> files) {
   for (OutputFile& file : files) {
     if (auto done = file.flush(); !done) return done;
@@ -197,7 +201,7 @@ Result<void> OutputFile::commitAll(std::span<OutputFile> files) {
 Result<void> writeOutputFile(const std::filesystem::path& target, std::string_view bytes) {
   auto file = OutputFile::create(target);
   if (!file) return file.error();
-  return file->write(bytes.data(), bytes.size()).and_then([&] { return file->commit(); });
+  return file->finish(bytes);
 }
 
 }  // namespace t4d::formats

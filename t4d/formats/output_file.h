@@ -47,7 +47,10 @@ class OutputFile {
   /// Flushes everything to the disk and gives the file its name.
   Result<void> commit() { return commitAll({this, 1}); }
 
-  /// Does so for files of one folder, for all or for none (system::PartFile::putInPlace).
+  /// Writes these bytes and commits.
+  Result<void> finish(std::string_view bytes);
+
+  /// Commits files of one folder, all or none (system::PartFile::putInPlace).
   static Result<void> commitAll(std::span<OutputFile> files);
 
  private:

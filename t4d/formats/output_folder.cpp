@@ -18,9 +18,7 @@ Result<void> writeInFolder(const fs::path& folder, const std::string& name,
     return fail(ErrorCode::Failed, "cannot make the folder: " + error.message(),
                 path.parent_path().string());
   }
-  return OutputFile::create(path).and_then([&](OutputFile file) {
-    return file.write(bytes.data(), bytes.size()).and_then([&] { return file.commit(); });
-  });
+  return writeOutputFile(path, bytes);
 }
 
 Result<void> makeKeptFolder(const fs::path& folder) {

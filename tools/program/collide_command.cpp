@@ -29,6 +29,7 @@
 #include "tools/program/part_option.h"
 #include "tools/program/progress_bar.h"
 #include "tools/program/table_output.h"
+#include "tools/report/html_page.h"
 #include "tools/report/svg_plot.h"
 
 namespace t4d::tools {
@@ -231,14 +232,11 @@ void printIgnored(std::span<const verbs::BodyNames> ignored) {
 
 Result<void> writePage(const CollideArguments& options, const std::vector<CollidedPair>& pairs,
                        const Metadata& metadata) {
-  CollidePage made;
-  made.lengthUnit = metadata.lengthUnit;
-  made.timeUnit = metadata.timeUnit;
-  made.zUp = metadata.up == "z";
+  std::string title;
   for (const std::string& input : options.inputs) {
-    made.title +=
-        (made.title.empty() ? "" : " and ") + std::filesystem::path(input).filename().string();
+    title += (title.empty() ? "" : " and ") + std::filesystem::path(input).filename().string();
   }
+  std::vector<CollidePair> made;
   ProgressBar bar("drawing", pairs.size(), "pairs");
   const model::Progress progress = bar.callback();
   for (const CollidedPair& pair : pairs) {
@@ -264,10 +262,10 @@ Result<void> writePage(const CollideArguments& options, const std::vector<Collid
       one.contactA = std::move((*shown)->contactA);
       one.contactB = std::move((*shown)->contactB);
     }
-    made.pairs.push_back(std::move(one));
-    progress(static_cast<double>(made.pairs.size()) / static_cast<double>(pairs.size()));
+    made.push_back(std::move(one));
+    progress(static_cast<double>(made.size()) / static_cast<double>(pairs.size()));
   }
-  return formats::writeOutputFile(options.html, collidePage(made));
+  return formats::writeOutputFile(options.html, collidePage(title, metadata, made));
 }
 
 /// Tables and plots are of the clearance over time; other outputs are the solids in contact.
@@ -306,7 +304,7 @@ std::string clearancePlot(const verbs::CollideReport& found, const Metadata& met
             labelled("time", metadata.timeUnit),
             {times.begin(), times.end()},
             {},
-            true};
+            {0.0}};
   for (std::size_t i = 0; i < shown; ++i) {
     std::map<double, double> distances;
     for (const auto& sample : pairs[i]->samples) distances[sample.time] = sample.distance;

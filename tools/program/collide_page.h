@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "t4d/formats/t4d/metadata.h"
 #include "t4d/model/triangle_mesh.h"
 
 namespace t4d::tools {
@@ -24,16 +25,9 @@ struct CollidePair {
   std::vector<bool> contactB;
 };
 
-struct CollidePage {
-  std::string title;
-  std::string lengthUnit;  ///< "" if unknown
-  std::string timeUnit;
-  bool zUp = false;
-  std::vector<CollidePair> pairs;
-};
-
 /// One self-contained HTML page: for each pair the verdict, plots of clearance and overlap over
 /// time, and pictures.
-std::string collidePage(const CollidePage& report);
+std::string collidePage(const std::string& title, const formats::Metadata& metadata,
+                        const std::vector<CollidePair>& pairs);
 
 }  // namespace t4d::tools

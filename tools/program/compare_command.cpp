@@ -158,10 +158,6 @@ Result<Outputs> createOutputs(const CompareArguments& options) {
   return outputs;
 }
 
-Result<void> writeAll(std::optional<formats::OutputFile>& file, const std::string& text) {
-  return file->write(text.data(), text.size()).and_then([&] { return file->commit(); });
-}
-
 void printTables(const std::string& title, const verbs::CompareReport& report) {
   const verbs::Comparison& comparison = report.comparisons.back();
   print("{}\n\n", title);
@@ -179,12 +175,12 @@ int finish(const CompareArguments& options, Outputs& outputs, const std::string&
            verbs::CompareReport report) {
   if (outputs.html) {
     const ProgressBar bar("drawing");
-    if (auto written = writeAll(outputs.html, comparePage(title, report)); !written) {
+    if (auto written = outputs.html->finish(comparePage(title, report)); !written) {
       return tools::report(written.error());
     }
   }
   if (outputs.csv) {
-    if (auto written = writeAll(outputs.csv, csvOf(report)); !written) {
+    if (auto written = outputs.csv->finish(csvOf(report)); !written) {
       return tools::report(written.error());
     }
   }

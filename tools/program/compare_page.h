@@ -1,9 +1,9 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include "t4d/verbs/compare.h"
+#include "tools/report/html_page.h"
 
 namespace t4d::tools {
 
@@ -11,8 +11,7 @@ namespace t4d::tools {
 /// and pictures of the solids, plain and coloured by the distance of one from the other.
 std::string comparePage(const std::string& title, const verbs::CompareReport& report);
 
-/// Tables for page and terminal: the first row is the heading.
-using Table = std::vector<std::vector<std::string>>;
+// Tables for page and terminal.
 
 /// Compares the two meshes: a label, a, b, and the ratio of b to a where it is meaningful.
 Table meshTable(const verbs::CompareReport& report, const verbs::Comparison& comparison);

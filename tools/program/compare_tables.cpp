@@ -29,15 +29,11 @@ std::string orderText(const std::optional<double>& order) {
   return order ? fmt::format("{:.2f}", *order) : "";
 }
 
-/// " [mm³]"; empty if there is no unit.
-std::string inUnit(const std::string& unit, std::string_view power = {}) {
-  return unit.empty() ? "" : fmt::format(" [{}{}]", unit, power);
-}
-
-/// " [mm³ s]", with the units that are known.
-std::string hypervolumeUnit(const CompareReport& report) {
-  if (report.lengthUnit.empty() || report.timeUnit.empty()) return "";
-  return fmt::format(" [{}³ {}]", report.lengthUnit, report.timeUnit);
+/// With the unit "mm³ s", if both are known.
+std::string hypervolumeLabel(const CompareReport& report) {
+  const bool known = !report.lengthUnit.empty() && !report.timeUnit.empty();
+  return labelled("hypervolume",
+                  known ? fmt::format("{}³ {}", report.lengthUnit, report.timeUnit) : "");
 }
 
 }  // namespace
@@ -67,8 +63,8 @@ Table meshTable(const CompareReport& report, const Comparison& comparison) {
     rows.push_back({"peak memory", sizeText(*a.peakBytes), sizeText(*b.peakBytes),
                     ratio(static_cast<double>(*a.peakBytes), static_cast<double>(*b.peakBytes))});
   }
-  rows.push_back({"hypervolume" + hypervolumeUnit(report), numberText(a.hypervolume),
-                  numberText(b.hypervolume), ratio(a.hypervolume, b.hypervolume)});
+  rows.push_back({hypervolumeLabel(report), numberText(a.hypervolume), numberText(b.hypervolume),
+                  ratio(a.hypervolume, b.hypervolume)});
   if (a.hypervolumeExpected && b.hypervolumeExpected) {
     rows.push_back({"  of the true solid", numberText(*a.hypervolumeExpected),
                     numberText(*b.hypervolumeExpected), ""});
@@ -91,9 +87,9 @@ Table meshTable(const CompareReport& report, const Comparison& comparison) {
 
 Table sliceTable(const CompareReport& report, const Comparison& comparison) {
   const auto number = [](double value) { return fmt::format("{:.6g}", value); };
-  Table rows = {{"time" + inUnit(report.timeUnit), "volume a" + inUnit(report.lengthUnit, "³"),
-                 "volume b", "area a" + inUnit(report.lengthUnit, "²"), "area b", "sym. difference",
-                 "of a", "Hausdorff" + inUnit(report.lengthUnit)}};
+  Table rows = {{labelled("time", report.timeUnit), labelled("volume a", report.lengthUnit, "³"),
+                 "volume b", labelled("area a", report.lengthUnit, "²"), "area b",
+                 "sym. difference", "of a", labelled("Hausdorff", report.lengthUnit)}};
   for (const SliceComparison& slice : comparison.slices) {
     const double difference = slice.difference.volume;
     const double hausdorff = slice.distance.hausdorff();
@@ -107,9 +103,9 @@ Table sliceTable(const CompareReport& report, const Comparison& comparison) {
 }
 
 Table convergenceTable(const CompareReport& report) {
-  Table rows = {{"", "voxel size" + inUnit(report.lengthUnit), "frames", "tetrahedra", "file",
+  Table rows = {{"", labelled("voxel size", report.lengthUnit), "frames", "tetrahedra", "file",
                  "construction", "peak memory", "hypervolume error", "sym. difference",
-                 "Hausdorff" + inUnit(report.lengthUnit)}};
+                 labelled("Hausdorff", report.lengthUnit)}};
   const auto row = [&](const ComparedMesh& mesh, std::string label, std::string difference,
                        std::string hausdorff) {
     rows.push_back({std::move(label), mesh.voxelSize ? fmt::format("{}", *mesh.voxelSize) : "",

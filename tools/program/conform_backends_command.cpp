@@ -186,9 +186,7 @@ int run(const ConformBackendsArguments& options) {
   const auto passed = static_cast<std::size_t>(std::count_if(
       results.begin(), results.end(), [](const CaseResult& result) { return result.passed(); }));
   if (page) {
-    const std::string html = conformPage(results);
-    auto written = page->write(html.data(), html.size()).and_then([&] { return page->commit(); });
-    if (!written) return report(written.error());
+    if (auto written = page->finish(conformPage(results)); !written) return report(written.error());
   }
   if (options.json) {
     ordered_json all = ordered_json::array();

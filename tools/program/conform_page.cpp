@@ -1,15 +1,13 @@
 #include "tools/program/conform_page.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <optional>
 
 #include <fmt/format.h>
 
 #include "tools/program/console.h"
-#include "tools/report/convergence_plot.h"
 #include "tools/report/html_page.h"
+#include "tools/report/svg_plot.h"
 
 namespace t4d::tools {
 namespace {
@@ -17,20 +15,6 @@ namespace {
 using conformance::CaseResult;
 using conformance::Check;
 using conformance::Level;
-
-constexpr std::string_view kConformStyle = R"(
-td:nth-child(2), th:nth-child(2) { text-align: left; }
-.failed { color: #c4314b; font-weight: 600; }
-.order { stroke: var(--soft); stroke-dasharray: 5 4; stroke-width: 1.5; }
-.convergence { display: grid; grid-template-columns: repeat(auto-fill, minmax(250px, 1fr)); gap: 16px;
-  align-items: start; }
-.convergence svg { width: 100%; background: var(--card); border-radius: 8px; }
-details { margin: 0 0 6px; }
-summary { cursor: pointer; }
-.checks td, .checks th { text-align: left; font-size: 13px; padding: 3px 16px 3px 0; }
-.checks td:nth-child(n+2):nth-child(-n+4), .checks th:nth-child(n+2):nth-child(-n+4) {
-  text-align: right; }
-)";
 
 std::string orderCell(const std::optional<double>& order) {
   return order ? fmt::format("{:.2f}", *order) : "";
@@ -44,59 +28,41 @@ std::string errorText(const std::optional<double>& error) {
                             : fmt::format("{:.2f} %", 100 * *error);
 }
 
-/// One plot per case that was refined, all to the same scale.
-std::string plotsOf(std::span<const CaseResult> results) {
-  std::vector<ConvergencePlot> plots;
-  std::pair<double, double> sizes = {std::numeric_limits<double>::infinity(), 0};
-  std::pair<double, double> errors = sizes;
-  const auto widen = [](std::pair<double, double>& range, double value) {
-    range = {std::min(range.first, value), std::max(range.second, value)};
-  };
+/// A plot for each case that was refined, all with the same y axis.
+std::vector<Plot> convergenceOf(std::span<const CaseResult> results) {
+  std::vector<Plot> plots;
+  std::vector<double> all;
   for (const CaseResult& result : results) {
     if (result.levels.size() < 2) continue;
-    ConvergencePlot plot{
-        result.id, "voxel size", {{"hypervolume", "a", {}}, {"slices' volumes", "b", {}}},
-        2,         {},           {}};
+    std::vector<double> sizes;
+    std::vector<Curve> errors = {{"hypervolume", "a", {}}, {"slices' volumes", "b", {}}};
     for (const Level& level : result.levels) {
-      const double size = level.resolution.voxelSize;
-      const auto add = [&](ErrorCurve& curve, const std::optional<double>& error) {
-        if (!error || !(*error > 0)) return;
-        curve.points.emplace_back(size, *error);
-        widen(sizes, size);
-        widen(errors, *error);
-      };
-      add(plot.curves[0], level.hypervolumeError);
-      add(plot.curves[1], level.sliceError);
+      sizes.push_back(level.resolution.voxelSize);
+      errors[0].values.push_back(level.hypervolumeError.value_or(0));
+      errors[1].values.push_back(level.sliceError.value_or(0));
     }
-    plots.push_back(std::move(plot));
+    plots.push_back(convergencePlot(result.id + ": errors [%]", "voxel size", std::move(sizes),
+                                    std::move(errors)));
+    for (const Curve& curve : plots.back().curves) {
+      all.insert(all.end(), curve.values.begin(), curve.values.end());
+    }
   }
-  if (!(errors.second > 0)) return {};
-  std::string html;
-  for (ConvergencePlot& plot : plots) {
-    plot.sizes = sizes;
-    plot.errors = errors;
-    html += svgOf(plot);
-  }
-  return html;
+  for (Plot& plot : plots) plot.covers = all;
+  return plots;
 }
 
 std::string checksOf(const CaseResult& result) {
-  std::string html = fmt::format(
-      "<details{}><summary>{} by {}: {} of {} checks passed</summary>\n<div "
-      "class=\"scroll\"><table "
-      "class=\"checks\">\n<tr><th>check</th><th>expected</th><th>found</th><th>may differ by</th>"
-      "<th>because</th></tr>\n",
-      result.passed() ? "" : " open", escaped(result.id), escaped(result.backend),
-      result.passedChecks(), result.checks.size());
+  Table rows = {{"check", "expected", "found", "may differ by", "because"}};
   for (const Check& check : result.checks) {
-    html += fmt::format("<tr{}><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}{}</td></tr>\n",
-                        check.passed ? "" : " class=\"failed\"", escaped(check.name),
-                        valueText(check.expected, 12), valueText(check.actual, 12),
-                        check.tolerance > 0 ? fmt::format("{:.2g}", check.tolerance) : "",
-                        escaped(check.reason),
-                        check.found.empty() ? "" : "; found: " + escaped(check.found));
+    rows.push_back({(check.passed ? "" : "FAILED ") + check.name, valueText(check.expected, 12),
+                    valueText(check.actual, 12),
+                    check.tolerance > 0 ? fmt::format("{:.2g}", check.tolerance) : "",
+                    check.reason + (check.found.empty() ? "" : "; found: " + check.found)});
   }
-  return html + "</table></div></details>\n";
+  return fmt::format(
+      "<details{}><summary>{} by {}: {} of {} checks passed</summary>\n{}</details>\n",
+      result.passed() ? "" : " open", escaped(result.id), escaped(result.backend),
+      result.passedChecks(), result.checks.size(), tableOf(rows));
 }
 
 }  // namespace
@@ -130,36 +96,28 @@ std::string conformPage(std::span<const CaseResult> results) {
   const auto passed = std::count_if(results.begin(), results.end(),
                                     [](const CaseResult& result) { return result.passed(); });
   std::size_t checks = 0;
-  for (const CaseResult& result : results) checks += result.checks.size();
-  std::string html = fmt::format(
-      "<p>{} of {} cases passed, {} checks in all. Each case is a moving solid whose hypervolume, "
-      "slices, topology and extent are known in closed form. The worst error is the largest "
-      "relative error of any volume, at the smallest voxel size.</p>\n<div "
-      "class=\"scroll\"><table>\n<tr>",
-      passed, results.size(), grouped(checks));
-  for (const std::string& column : conformColumns()) {
-    html += fmt::format("<th>{}</th>", escaped(column));
-  }
-  html += "</tr>\n";
+  Table rows = {conformColumns()};
   std::string details;
   for (const CaseResult& result : results) {
-    html += result.passed() ? "<tr>" : "<tr class=\"failed\">";
-    for (const std::string& cell : conformRow(result)) {
-      html += fmt::format("<td>{}</td>", escaped(cell));
-    }
-    html += "</tr>\n";
+    checks += result.checks.size();
+    rows.push_back(conformRow(result));
     details += checksOf(result);
   }
-  html += "</table></div>\n";
-  if (const std::string plots = plotsOf(results); !plots.empty()) {
-    html +=
-        "<h2>Convergence</h2>\n<p>Error of the <span class=\"key a\">hypervolume</span> and of the "
-        "<span class=\"key b\">slices' volumes</span> (root mean square) by voxel size; "
-        "both axes are logarithmic. Dashed: order 2.</p>\n<div class=\"convergence\">\n" +
-        plots + "</div>\n";
+  std::string html =
+      paragraphOf(fmt::format(
+          "{} of {} cases passed, {} checks in all. Each case is a moving solid whose hypervolume, "
+          "slices, topology and extent are known in closed form. The worst error is the largest "
+          "relative error of any volume, at the smallest voxel size.",
+          passed, results.size(), grouped(checks))) +
+      tableOf(rows);
+  if (const std::vector<Plot> plots = convergenceOf(results); !plots.empty()) {
+    html += headingOf("Convergence") +
+            paragraphOf(
+                "Error of the hypervolume and of the slices' volumes (root mean square) by voxel "
+                "size; both axes are logarithmic. Dashed: order 2.") +
+            plotsOf(plots);
   }
-  html += "<h2>Every check</h2>\n" + details;
-  return htmlPage("t4d conform backends", kConformStyle, html);
+  return htmlPage("t4d conform backends", html + headingOf("Every check") + details);
 }
 
 }  // namespace t4d::tools

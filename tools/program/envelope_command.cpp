@@ -193,15 +193,8 @@ void printPassages(const verbs::EnvelopeOptions& how, const std::vector<Passage>
 Result<void> writePage(const std::string& path, const verbs::EnvelopeReport& report) {
   const verbs::Input& input = report.passages.input;
   const ProgressBar bar("drawing");
-  auto file = formats::OutputFile::create(path);
-  if (!file) return file.error();
-  const formats::Metadata& metadata = input.metadata;
-  EnvelopePage page;
-  page.title = "Envelope of " + input.name;
-  page.zUp = metadata.up == "z";
-  model::TriangleMesh envelope;
-  for (const Passage& one : report.passages.all) append(envelope, one.envelope.mesh);
-  page.solids.emplace_back("envelope", std::move(envelope));
+  CaptionedSolids solids = {{"envelope", {}}};
+  for (const Passage& one : report.passages.all) append(solids[0].second, one.envelope.mesh);
   constexpr std::uint64_t kTimes = 3;
   for (const double time : model::evenTimes(report.passages.span, kTimes)) {
     model::TriangleMesh solid;
@@ -211,18 +204,18 @@ Result<void> writePage(const std::string& path, const verbs::EnvelopeReport& rep
       if (!slice) return slice.error();
       append(solid, slice->mesh);
     }
-    page.solids.emplace_back(fmt::format("t = {:.6g}", time), std::move(solid));
+    solids.emplace_back(fmt::format("t = {:.6g}", time), std::move(solid));
   }
-  const auto numbers = ordered_json::parse(jsonOf(report, peakBytes()));
-  for (const auto& [name, value] : numbers.items()) {
+  Table numbers = {{}};
+  const auto members = ordered_json::parse(jsonOf(report, peakBytes()));
+  for (const auto& [name, value] : members.items()) {
     if (name == "bodies") break;
     std::string title = name;
     std::ranges::replace(title, '_', ' ');
-    page.numbers.emplace_back(title, value.dump());
+    numbers.push_back({title, value.dump()});
   }
-  const std::string html = envelopePage(page);
-  if (auto written = file->write(html.data(), html.size()); !written) return written;
-  return file->commit();
+  return formats::writeOutputFile(
+      path, envelopePage("Envelope of " + input.name, solids, input.metadata.up == "z", numbers));
 }
 
 void printFields(const verbs::EnvelopeReport& report) {

@@ -5,19 +5,15 @@
 #include <vector>
 
 #include "t4d/model/triangle_mesh.h"
+#include "tools/report/html_page.h"
 
 namespace t4d::tools {
 
-/// What the page of an envelope shows.
-struct EnvelopePage {
-  std::string title;
-  std::vector<std::pair<std::string, std::string>> numbers;  ///< names and values
-  /// Captions and solids, shown at the same scale.
-  std::vector<std::pair<std::string, model::TriangleMesh>> solids;
-  bool zUp = false;
-};
+/// Captions and solids, shown at the same scale; the envelope is the first.
+using CaptionedSolids = std::vector<std::pair<std::string, model::TriangleMesh>>;
 
 /// A self-contained HTML page with pictures and a table.
-std::string envelopePage(const EnvelopePage& report);
+std::string envelopePage(const std::string& title, const CaptionedSolids& solids, bool zUp,
+                         const Table& numbers);
 
 }  // namespace t4d::tools

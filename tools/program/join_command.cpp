@@ -61,11 +61,9 @@ int joinReports(const JoinArguments& options) {
   if (options.output.empty() || options.output == "-") {
     tools::printText(text);
   } else {
-    auto file = formats::OutputFile::create(options.output);
-    if (!file) return report(file.error());
-    const auto written =
-        file->write(text.data(), text.size()).and_then([&] { return file->commit(); });
-    if (!written) return report(written.error());
+    if (auto written = formats::writeOutputFile(options.output, text); !written) {
+      return report(written.error());
+    }
     print("{}: report of {} on {}\n", options.output, joined->verb,
           counted(options.parts.size(), "part"));
   }

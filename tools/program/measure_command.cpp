@@ -43,7 +43,7 @@ Plot plotOf(std::span<const SolidMeasures> samples, const std::string& title,
   std::vector<const SolidMeasures*> inOrder;
   for (const SolidMeasures& sample : samples) inOrder.push_back(&sample);
   std::ranges::stable_sort(inOrder, {}, &SolidMeasures::time);
-  Plot plot{title, labelled("time", timeUnit), {}, {}, true};
+  Plot plot{title, labelled("time", timeUnit), {}, {}, {0.0}};
   plot.curves.push_back({title, "a", {}});
   for (const SolidMeasures* sample : inOrder) {
     plot.x.push_back(sample->time);
@@ -52,22 +52,24 @@ Plot plotOf(std::span<const SolidMeasures> samples, const std::string& title,
   return plot;
 }
 
-std::string volumePlot(std::span<const SolidMeasures> samples, const formats::Metadata& metadata) {
-  return svgOf(plotOf(samples, labelled("Volume", metadata.lengthUnit, "³"), metadata.timeUnit,
-                      [](const SolidMeasures& sample) { return sample.volume; }));
+Plot volumePlot(std::span<const SolidMeasures> samples, const formats::Metadata& metadata) {
+  return plotOf(samples, labelled("Volume", metadata.lengthUnit, "³"), metadata.timeUnit,
+                [](const SolidMeasures& sample) { return sample.volume; });
 }
 
 std::string pageOf(std::span<const SolidMeasures> samples, const formats::Metadata& metadata,
                    const std::string& title) {
-  std::string body = "<div class=\"plots\">\n" + volumePlot(samples, metadata);
-  body += svgOf(plotOf(samples, labelled("Area", metadata.lengthUnit, "²"), metadata.timeUnit,
-                       [](const SolidMeasures& sample) { return sample.area; }));
-  body += svgOf(plotOf(samples, "Components", metadata.timeUnit, [](const SolidMeasures& sample) {
-    return static_cast<double>(sample.components);
-  }));
-  body += svgOf(plotOf(samples, "Genus", metadata.timeUnit,
-                       [](const SolidMeasures& sample) { return sample.genus; }));
-  return htmlPage(title, "", body + "</div>\n");
+  const std::string& time = metadata.timeUnit;
+  return htmlPage(title, plotsOf({volumePlot(samples, metadata),
+                                  plotOf(samples, labelled("Area", metadata.lengthUnit, "²"), time,
+                                         [](const SolidMeasures& sample) { return sample.area; }),
+                                  plotOf(samples, "Components", time,
+                                         [](const SolidMeasures& sample) {
+                                           return static_cast<double>(sample.components);
+                                         }),
+                                  plotOf(samples, "Genus", time, [](const SolidMeasures& sample) {
+                                    return sample.genus;
+                                  })}));
 }
 
 /// A table or a plot, as the extension says.
@@ -76,7 +78,7 @@ Result<std::string> fileOf(const std::string& path, const verbs::MeasureReport& 
   const std::string extension = formats::lowerCaseExtension(path);
   if (extension == ".csv") return measuresCsv(measured);
   if (extension == ".json") return jsonOf(measured) + "\n";
-  return plotFile(path, volumePlot(measured.samples, metadata));
+  return plotFile(path, svgOf(volumePlot(measured.samples, metadata)));
 }
 
 void printSamples(std::span<const SolidMeasures> samples) {

@@ -119,38 +119,23 @@ void printText(const MillArguments& options, const verbs::MillReport& done) {
   if (const auto rounding = options.output.coding.rounding()) print("  {}\n", *rounding);
 }
 
-/// Slices of the file for the page.
-Result<std::vector<std::pair<double, model::TriangleMesh>>> workpieces(
-    const std::string& path, const model::TimeSpan& span) {
-  const auto input = verbs::openInput(path, InputOptions{});
+/// The page, with slices of the file.
+Result<void> writePage(const MillArguments& options, const mill::MillReport& report) {
+  const ProgressBar bar("drawing");
+  const auto input = verbs::openInput(options.output.path, InputOptions{});
   if (!input) return input.error();
-  const std::vector<double> times = model::evenTimes(span, 6);
-  auto slices = slice::sliceAtTimes(*input->bodies.front().source, times);
-  std::vector<std::pair<double, model::TriangleMesh>> found;
+  const model::Source& milled = *input->bodies.front().source;
+  const std::vector<double> times = model::evenTimes(model::timeSpanOf(milled), 6);
+  auto slices = slice::sliceAtTimes(milled, times);
+  Workpieces workpieces;
   for (std::size_t i = 0; i < times.size(); ++i) {
     if (!slices[i]) return slices[i].error();
-    found.emplace_back(times[i], std::move(slices[i]->mesh));
+    workpieces.emplace_back(times[i], std::move(slices[i]->mesh));
   }
-  return found;
-}
-
-Result<void> writePage(const MillArguments& options, const mill::MillReport& report,
-                       const model::Motion& motion) {
-  MillPage page{"Milling of " + std::filesystem::path(options.stock).filename().string(),
-                motion.lengthUnit,
-                motion.timeUnit,
-                report,
-                {},
-                options.output.up == "z"};
-  const ProgressBar bar("drawing");
-  auto meshes = workpieces(options.output.path, {motion.timeBegin(), motion.timeEnd()});
-  if (!meshes) return meshes.error();
-  page.workpieces = std::move(*meshes);
-  auto file = formats::OutputFile::create(options.html);
-  if (!file) return file.error();
-  const std::string html = millPage(page);
-  if (auto written = file->write(html.data(), html.size()); !written) return written;
-  return file->commit();
+  const std::string title =
+      "Milling of " + std::filesystem::path(options.stock).filename().string();
+  return formats::writeOutputFile(options.html,
+                                  millPage(title, input->metadata, report, workpieces));
 }
 
 std::optional<std::string> misuseOf(const MillArguments& options) {
@@ -216,7 +201,7 @@ int millFiles(const MillArguments& options, const verbs::MillFiles& files) {
   if (!milled) return report(milled.error());
   printNotices(milled->notices);
   if (!options.html.empty()) {
-    if (auto written = writePage(options, milled->milled, milled->motion); !written) {
+    if (auto written = writePage(options, milled->milled); !written) {
       return report(written.error());
     }
   }

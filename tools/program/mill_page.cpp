@@ -1,7 +1,5 @@
 #include "tools/program/mill_page.h"
 
-#include <algorithm>
-
 #include <fmt/format.h>
 
 #include "tools/report/html_page.h"
@@ -11,86 +9,56 @@
 namespace t4d::tools {
 namespace {
 
-constexpr std::uint32_t kPixels = 400;
-
-constexpr std::string_view kStyle = R"(
-.workpieces { display: grid; grid-template-columns: repeat(3, 1fr); gap: 16px; margin: 0 0 16px; }
-@media (max-width: 900px) { .workpieces { grid-template-columns: repeat(2, 1fr); } }
-)";
-
-std::string withUnit(const std::string& text, const std::string& unit,
-                     std::string_view power = {}) {
-  return unit.empty() ? text : fmt::format("{} {}{}", text, unit, power);
-}
-
-std::string row(const std::string& name, const std::string& value) {
-  return fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", escaped(name), escaped(value));
-}
-
-std::string tableOf(const MillPage& page) {
-  const auto volume = [&](double value) {
-    return withUnit(fmt::format("{:.6g}", value), page.lengthUnit, "³");
+Table numbersOf(const mill::MillReport& report, const formats::Metadata& metadata) {
+  const auto volume = [&](double value) { return withUnit(value, metadata.lengthUnit, "³"); };
+  const auto period = [&](const model::TimeSpan& time) {
+    return withUnit(time.begin, metadata.timeUnit) + " to " + withUnit(time.end, metadata.timeUnit);
   };
-  const auto time = [&](double value) {
-    return withUnit(fmt::format("{:.6g}", value), page.timeUnit);
-  };
-  const mill::MillReport& report = page.report;
-  std::string html = "<div class=\"scroll\"><table>\n";
-  html += row("stock", volume(report.stockVolume)) + row("removed", volume(report.removedVolume)) +
-          row("remaining", volume(report.remainingVolume)) +
-          row("components", fmt::format("{}", report.components)) +
-          row("frames", fmt::format("{}", report.progress.size())) +
-          row("steps of the tool", fmt::format("{}", report.steps));
+  Table rows = {{},
+                {"stock", volume(report.stockVolume)},
+                {"removed", volume(report.removedVolume)},
+                {"remaining", volume(report.remainingVolume)},
+                {"components", fmt::format("{}", report.components)},
+                {"frames", fmt::format("{}", report.progress.size())},
+                {"steps of the tool", fmt::format("{}", report.steps)}};
   for (const mill::Separation& one : report.separations) {
-    html += row("falls apart", fmt::format("{} to {}, into {}", time(one.time.begin),
-                                           time(one.time.end), one.components));
+    rows.push_back({"falls apart", fmt::format("{}, into {}", period(one.time), one.components)});
   }
   for (const mill::Collision& one : report.collisions) {
-    html += row("collision of the " + mill::partOfTool(one.part, one.tool),
-                fmt::format("{} to {}, at ({:.4g}, {:.4g}, {:.4g})", time(one.time.begin),
-                            time(one.time.end), one.point.x(), one.point.y(), one.point.z()));
+    rows.push_back({"collision of the " + mill::partOfTool(one.part, one.tool),
+                    fmt::format("{}, at ({:.4g}, {:.4g}, {:.4g})", period(one.time), one.point.x(),
+                                one.point.y(), one.point.z())});
   }
-  return html + "</table></div>\n";
+  return rows;
 }
 
-std::string plotOf(const MillPage& page) {
-  const std::string unit = page.lengthUnit.empty() ? "" : fmt::format(" [{}³]", page.lengthUnit);
-  Plot plot{"Removed volume" + unit,
-            "time" + (page.timeUnit.empty() ? "" : fmt::format(" [{}]", page.timeUnit)),
+Plot plotOf(const mill::MillReport& report, const formats::Metadata& metadata) {
+  Plot plot{labelled("Removed volume", metadata.lengthUnit, "³"),
+            labelled("time", metadata.timeUnit),
             {},
             {{"removed volume", "d", {}}},
-            true};
-  for (const mill::MillProgress& at : page.report.progress) {
+            {0.0}};
+  for (const mill::MillProgress& at : report.progress) {
     plot.x.push_back(at.time);
     plot.curves[0].values.push_back(at.removedVolume);
   }
-  return "<div class=\"plots\">\n" + svgOf(plot) + "</div>\n";
-}
-
-std::string picturesOf(const MillPage& page) {
-  // One scale, that of the stock.
-  model::Bounds3 bounds;
-  for (const auto& [time, mesh] : page.workpieces) bounds.add(model::boundsOf(mesh));
-  const View view = viewOf(bounds, page.zUp);
-  std::string html = "<div class=\"workpieces\">\n";
-  for (const auto& [time, mesh] : page.workpieces) {
-    const auto png = pictureOf(
-        mesh,
-        [](const model::Point3&) {
-          return Colour{0.55F, 0.71F, 0.90F};
-        },
-        view, kPixels, Shading::Solid, showsEdges(mesh, view, kPixels));
-    html += figureOf(png, kPixels, "t = " + withUnit(fmt::format("{:.6g}", time), page.timeUnit));
-  }
-  return html + "</div>\n";
+  return plot;
 }
 
 }  // namespace
 
-std::string millPage(const MillPage& page) {
-  return htmlPage(page.title, kStyle,
-                  tableOf(page) + "<h2>Over time</h2>\n" + plotOf(page) +
-                      "<h2>The workpiece</h2>\n" + picturesOf(page));
+std::string millPage(const std::string& title, const formats::Metadata& metadata,
+                     const mill::MillReport& report, const Workpieces& workpieces) {
+  model::Bounds3 bounds;
+  for (const auto& [time, mesh] : workpieces) bounds.add(model::boundsOf(mesh));
+  const View view = viewOf(bounds, metadata.up == "z");
+  std::string pictures;
+  for (const auto& [time, mesh] : workpieces) {
+    pictures += figureOf(mesh, always(kBlue), view, "t = " + withUnit(time, metadata.timeUnit));
+  }
+  return htmlPage(title, tableOf(numbersOf(report, metadata)) + headingOf("Over time") +
+                             plotsOf({plotOf(report, metadata)}) + headingOf("The workpiece") +
+                             figuresOf(pictures));
 }
 
 }  // namespace t4d::tools

@@ -2,8 +2,8 @@
 
 #include <span>
 #include <string>
-#include <string_view>
 
+#include "t4d/formats/t4d/metadata.h"
 #include "t4d/verbs/compare.h"
 
 namespace t4d::tools {
@@ -14,16 +14,12 @@ using verbs::SolidPair;
 struct PairCaptions {
   std::string a;
   std::string b;
-  std::string lengthUnit;  ///< "" if unknown
-  std::string timeUnit;
-  bool zUp = false;
   double farthest = 0;  ///< the largest Hausdorff distance, of these and other times
 };
 
-/// Pictures of the solids of each pair, plain and coloured by the distance of one from the other,
-/// for a page with `kPairStyle`. All share one scale of lengths and of colours.
-std::string pairPictures(const PairCaptions& captions, std::span<const SolidPair> pairs);
-
-extern const std::string_view kPairStyle;
+/// Pictures of the solids of each pair, plain and coloured by the distance of one from the other.
+/// All share one scale of lengths and of colours.
+std::string pairPictures(const PairCaptions& captions, const formats::Metadata& metadata,
+                         std::span<const SolidPair> pairs);
 
 }  // namespace t4d::tools

@@ -108,21 +108,16 @@ Result<void> writePage(formats::OutputFile& file, const verbs::QualityReport& re
   const measure::MeshQuality& quality = report.quality;
   auto views = viewsOf(quality, input);
   if (!views) return views.error();
-  const formats::Metadata& metadata = input.metadata;
   QualityPage page{fmt::format("Cells of {}", input.name),
                    fmt::format("{}, of which {} of caps; 1 unit of time as {:.4g} of length ({}).",
                                counted(quality.cells(), "cell"), grouped(quality.caps[0].count()),
                                quality.timeScale, report.scaleReason),
-                   metadata.timeUnit,
-                   metadata.up == "z",
                    {{"", "min", "1 %", "50 %", "99 %", "max"}},
                    std::move(*views)};
   for (std::size_t k = 0; k < kQualityMeasures.size(); ++k) {
     page.table.push_back(rowOf(kTitles[k], quality.all(k)));
   }
-  const std::string html = qualityPage(page, quality);
-  if (auto done = file.write(html.data(), html.size()); !done) return done;
-  return file.commit();
+  return file.finish(qualityPage(page, input.metadata, quality));
 }
 
 /// Why these options cannot be.

@@ -19,20 +19,10 @@ namespace {
 using measure::Distribution;
 
 constexpr std::size_t kBars = 60;
-constexpr std::uint32_t kQualityPixels = 480;
-constexpr Colour kGoodCell = {0.55F, 0.71F, 0.90F};
-constexpr Colour kBadCell = {0.90F, 0.36F, 0.20F};
-
-constexpr std::string_view kQualityStyle = R"(
-.solids { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(360px, 100%), 1fr));
-  gap: 16px; margin: 0 0 16px; }
-)";
-
 /// The share of the cells over the value of a measure, in bars of equal width on a logarithmic axis
 /// or, for angles, a linear one. What lies beyond 99.9 % is not shown, nor, on a logarithmic axis,
 /// what is 0 or infinite.
-std::string histogramOf(const std::string& name, const Distribution& sides,
-                        const Distribution& caps) {
+Plot histogramOf(const std::string& name, const Distribution& sides, const Distribution& caps) {
   const bool isAngle = name.ends_with("angle");
   Distribution all = sides;
   all.add(caps);
@@ -56,7 +46,7 @@ std::string histogramOf(const std::string& name, const Distribution& sides,
             isAngle ? title + " [degrees]" : "log10 of " + title,
             {},
             {{"slabs that last", "a", {}}, {"caps", "b", {}}},
-            true};
+            {0.0}};
   const std::vector<std::uint64_t> ofSides = sides.histogram(edges);
   const std::vector<std::uint64_t> ofCaps = caps.histogram(edges);
   for (std::size_t i = 0; i < kBars; ++i) {
@@ -67,7 +57,7 @@ std::string histogramOf(const std::string& name, const Distribution& sides,
     plot.curves[0].values.push_back(share(ofSides[i], sides.count()));
     plot.curves[1].values.push_back(share(ofCaps[i], caps.count()));
   }
-  return svgOf(plot);
+  return plot;
 }
 
 /// Red for the radius ratios of the worst cells, by their logarithm.
@@ -81,46 +71,38 @@ ColourAt byRadiusRatio(const model::TriangleMesh& solid, double worst) {
   const auto tree = std::make_shared<measure::TriangleTree>(solid);
   return [tree, ratios = std::move(ratios), worst](const model::Point3& point) {
     const double ratio = ratios[tree->nearest(point).triangle];
-    const auto part =
-        static_cast<float>(worst > 1 ? std::clamp(std::log(ratio) / std::log(worst), 0.0, 1.0) : 0);
-    Colour colour{};
-    for (std::size_t c = 0; c < 3; ++c) {
-      colour[c] = kGoodCell[c] + part * (kBadCell[c] - kGoodCell[c]);
-    }
-    return colour;
+    return blended(kBlue, kRed, worst > 1 ? std::log(ratio) / std::log(worst) : 0);
   };
 }
 
 }  // namespace
 
-std::string qualityPage(const QualityPage& page, const measure::MeshQuality& quality) {
-  std::string html = fmt::format("<p>{}</p>\n", escaped(page.scale)) + tableOf(page.table) +
-                     "<h2>Histograms</h2>\n";
+std::string qualityPage(const QualityPage& page, const formats::Metadata& metadata,
+                        const measure::MeshQuality& quality) {
+  std::string html = paragraphOf(page.scale) + tableOf(page.table) + headingOf("Histograms");
   if (quality.flat > 0) {
-    html += fmt::format("<p>{} without volume: not shown where a measure is 0 or infinite.</p>\n",
-                        counted(quality.flat, "cell"));
+    html += paragraphOf(counted(quality.flat, "cell") +
+                        " without volume: not shown where a measure is 0 or infinite.");
   }
-  html += "<div class=\"plots\">\n";
+  std::vector<Plot> plots;
   for (std::size_t k = 0; k < measure::kQualityMeasures.size(); ++k) {
-    html += histogramOf(std::string(measure::kQualityMeasures[k].name), quality.sides[k],
-                        quality.caps[k]);
+    plots.push_back(histogramOf(std::string(measure::kQualityMeasures[k].name), quality.sides[k],
+                                quality.caps[k]));
   }
-  html += "</div>\n<h2>The worst places</h2>\n<div class=\"solids\">\n";
+  html += plotsOf(plots) + headingOf("The worst places");
   const double worst =
       std::min(quality.worst.empty() ? 1 : quality.worst[0].quality.radiusRatio, 1e300);
-  for (const QualityView& view : page.views) {
-    if (view.solid.triangles.empty()) continue;
-    const auto png =
-        pictureOf(view.solid, byRadiusRatio(view.solid, worst),
-                  viewOf(boundsOf(view.solid), page.zUp), kQualityPixels, Shading::Faint, false);
-    const std::string caption = fmt::format(
-        "t = {:.6g}{}{}, red where cells have large radius ratios; the worst is at "
-        "({:.4g}, {:.4g}, {:.4g})",
-        view.time, page.timeUnit.empty() ? "" : " ", page.timeUnit, view.place[0], view.place[1],
-        view.place[2]);
-    html += figureOf(png, kQualityPixels, caption);
+  std::string pictures;
+  for (const auto& [time, place, solid] : page.views) {
+    if (solid.triangles.empty()) continue;
+    pictures += figureOf(
+        solid, byRadiusRatio(solid, worst), viewOf(boundsOf(solid), metadata.up == "z"),
+        fmt::format("t = {}, red where cells have large radius ratios; the worst is at ({:.4g}, "
+                    "{:.4g}, {:.4g})",
+                    withUnit(time, metadata.timeUnit), place[0], place[1], place[2]),
+        Shading::Faint);
   }
-  return htmlPage(page.title, kQualityStyle, html + "</div>\n");
+  return htmlPage(page.title, html + figuresOf(pictures));
 }
 
 }  // namespace t4d::tools

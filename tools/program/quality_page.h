@@ -3,8 +3,10 @@
 #include <string>
 #include <vector>
 
+#include "t4d/formats/t4d/metadata.h"
 #include "t4d/measure/mesh_quality.h"
 #include "t4d/model/triangle_mesh.h"
+#include "tools/report/html_page.h"
 
 namespace t4d::tools {
 
@@ -18,14 +20,13 @@ struct QualityView {
 struct QualityPage {
   std::string title;
   std::string scale;  ///< what one unit of time counts as, and why
-  std::string timeUnit;
-  bool zUp = false;
-  std::vector<std::vector<std::string>> table;  ///< the first row is the heading
+  Table table;
   std::vector<QualityView> views;
 };
 
 /// One self-contained HTML page: the table, a histogram of each measure, and pictures of the solid
 /// at the times of the worst cells, coloured by radius ratio.
-std::string qualityPage(const QualityPage& page, const measure::MeshQuality& quality);
+std::string qualityPage(const QualityPage& page, const formats::Metadata& metadata,
+                        const measure::MeshQuality& quality);
 
 }  // namespace t4d::tools

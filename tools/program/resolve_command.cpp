@@ -69,12 +69,7 @@ Result<ResolveInput> openBoth(const ResolveArguments& options) {
 }
 
 Result<std::string> pageOf(const ResolveInput& input, const verbs::ResolveReport& report) {
-  const formats::Metadata& metadata = input.all.metadata;
-  ResolvePage page{fmt::format("{} gives way to {}", input.all.name, input.obstacles.name),
-                   metadata.lengthUnit,
-                   metadata.timeUnit,
-                   metadata.up == "z",
-                   {}};
+  std::vector<ResolvedView> views;
   for (const verbs::NamedResolvedBody& resolved : report.bodies) {
     ResolvedView view{resolved.name, resolved.report, {}, {}, {}};
     if (view.report.changed) {
@@ -91,9 +86,10 @@ Result<std::string> pageOf(const ResolveInput& input, const verbs::ResolveReport
         *mesh = std::move(*solids);
       }
     }
-    page.bodies.push_back(std::move(view));
+    views.push_back(std::move(view));
   }
-  return resolvePage(page);
+  return resolvePage(fmt::format("{} gives way to {}", input.all.name, input.obstacles.name),
+                     input.all.metadata, views);
 }
 
 void printReport(const std::string& name, const edit::ResolveReport& report) {
@@ -150,8 +146,7 @@ int run(ResolveArguments& options) {
     const ProgressBar bar("drawing");
     const auto page = pageOf(*input, *resolved);
     if (!page) return report(page.error());
-    if (auto done = html->write(page->data(), page->size()); !done) return report(done.error());
-    if (auto done = html->commit(); !done) return report(done.error());
+    if (auto done = html->finish(*page); !done) return report(done.error());
   }
   printOpenQuestions(*resolved);
   if (options.json) {

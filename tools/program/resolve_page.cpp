@@ -1,6 +1,5 @@
 #include "tools/program/resolve_page.h"
 
-#include <algorithm>
 #include <memory>
 
 #include <fmt/format.h>
@@ -17,31 +16,17 @@ namespace {
 using model::Point3;
 using model::TriangleMesh;
 
-constexpr Colour kObstacleColour = {0.72F, 0.74F, 0.78F};
-constexpr Colour kBodyColour = {0.55F, 0.71F, 0.90F};
-constexpr Colour kMovedColour = {0.90F, 0.36F, 0.20F};
-constexpr std::uint32_t kResolvePixels = 480;
-
-constexpr std::string_view kResolveStyle = R"(
-.solids { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(360px, 100%), 1fr));
-  gap: 16px; margin: 0 0 16px; }
-)";
-
-std::string inBrackets(const std::string& unit) {
-  return unit.empty() ? std::string() : fmt::format(" [{}]", unit);
-}
-
-std::string plotsOfResolved(const ResolvePage& page, const edit::ResolveReport& report) {
-  Plot displacement{"Largest displacement" + inBrackets(page.lengthUnit),
-                    "time" + inBrackets(page.timeUnit),
+std::string plotsOfResolved(const formats::Metadata& metadata, const edit::ResolveReport& report) {
+  const std::string time = labelled("time", metadata.timeUnit);
+  Plot displacement{labelled("Largest displacement", metadata.lengthUnit),
+                    time,
                     {},
                     {{"displacement", "d", {}}},
-                    true};
-  Plot volume{"Volume" + inBrackets(page.lengthUnit.empty() ? "" : page.lengthUnit + "³"),
-              "time" + inBrackets(page.timeUnit),
+                    {0.0}};
+  Plot volume{labelled("Volume", metadata.lengthUnit, "³"),
+              time,
               {},
-              {{"before", "a", {}}, {"after", "b", {}}},
-              false};
+              {{"before", "a", {}}, {"after", "b", {}}}};
   for (const edit::ResolvedLayer& layer : report.layers) {
     displacement.x.push_back(layer.time);
     displacement.curves[0].values.push_back(layer.displacement);
@@ -49,7 +34,7 @@ std::string plotsOfResolved(const ResolvePage& page, const edit::ResolveReport& 
     volume.curves[0].values.push_back(layer.volumeBefore);
     volume.curves[1].values.push_back(layer.volumeAfter);
   }
-  return "<div class=\"plots\">\n" + svgOf(displacement) + svgOf(volume) + "</div>\n";
+  return plotsOf({displacement, volume});
 }
 
 /// Which of two surfaces a point is on: the nearer one.
@@ -57,8 +42,7 @@ ColourAt coloursOf(const TriangleMesh& obstacles, const TriangleMesh& body) {
   const auto ofObstacles = std::make_shared<measure::TriangleTree>(obstacles);
   const auto ofBody = std::make_shared<measure::TriangleTree>(body);
   return [ofObstacles, ofBody](const Point3& point) {
-    return ofObstacles->nearest(point).distance < ofBody->nearest(point).distance ? kObstacleColour
-                                                                                  : kBodyColour;
+    return ofObstacles->nearest(point).distance < ofBody->nearest(point).distance ? kGrey : kBlue;
   };
 }
 
@@ -66,60 +50,45 @@ ColourAt coloursOf(const TriangleMesh& obstacles, const TriangleMesh& body) {
 ColourAt byMove(const TriangleMesh& before, double farthest) {
   const auto tree = std::make_shared<measure::TriangleTree>(before);
   return [tree, farthest](const Point3& point) {
-    const auto part = static_cast<float>(
-        farthest > 0 ? std::min(tree->nearest(point).distance / farthest, 1.0) : 0);
-    Colour colour{};
-    for (std::size_t c = 0; c < 3; ++c) {
-      colour[c] = kBodyColour[c] + part * (kMovedColour[c] - kBodyColour[c]);
-    }
-    return colour;
+    return blended(kBlue, kRed, farthest > 0 ? tree->nearest(point).distance / farthest : 0);
   };
 }
 
-std::string picturesOfResolved(const ResolvePage& page, const ResolvedView& body) {
+std::string picturesOfResolved(const formats::Metadata& metadata, const ResolvedView& body) {
   if (body.obstacles.triangles.empty() || body.before.triangles.empty()) return "";
   model::Bounds3 bounds = boundsOf(body.before);
   bounds.add(boundsOf(body.after));
-  const View view = viewOf(bounds, page.zUp);
-  std::string html;
-  const auto picture = [&](const TriangleMesh& mesh, const ColourAt& colours,
-                           const std::string& caption) {
-    const auto png = pictureOf(mesh, colours, view, kResolvePixels, Shading::Solid,
-                               showsEdges(mesh, view, kResolvePixels));
-    html += figureOf(png, kResolvePixels, caption);
-  };
-  const std::string when = fmt::format("t = {:.6g}{}{}", body.report.maxDisplacementTime,
-                                       page.timeUnit.empty() ? "" : " ", page.timeUnit);
-  const ColourAt plain = [](const Point3&) { return kBodyColour; };
-  picture(body.before, plain, fmt::format("{} alone before, {}", body.name, when));
-  picture(body.after, byMove(body.before, body.report.maxDisplacement),
-          fmt::format("{} alone after, red where it has moved, {}", body.name, when));
+  const View view = viewOf(bounds, metadata.up == "z");
+  const std::string when = ", t = " + withUnit(body.report.maxDisplacementTime, metadata.timeUnit);
   TriangleMesh both = body.obstacles;
   append(both, body.after);
-  picture(both, coloursOf(body.obstacles, body.after),
-          fmt::format("{} and the obstacles after, {}", body.name, when));
-  return "<div class=\"solids\">\n" + html + "</div>\n";
+  return figuresOf(figureOf(body.before, always(kBlue), view, body.name + " alone before" + when) +
+                   figureOf(body.after, byMove(body.before, body.report.maxDisplacement), view,
+                            body.name + " alone after, red where it has moved" + when) +
+                   figureOf(both, coloursOf(body.obstacles, body.after), view,
+                            body.name + " and the obstacles after" + when));
 }
 
 }  // namespace
 
-std::string resolvePage(const ResolvePage& page) {
+std::string resolvePage(const std::string& title, const formats::Metadata& metadata,
+                        const std::vector<ResolvedView>& bodies) {
   std::string html;
-  for (const ResolvedView& body : page.bodies) {
-    html += fmt::format("<h2>{}</h2>\n", escaped(body.name));
+  for (const ResolvedView& body : bodies) {
+    html += headingOf(body.name);
     const edit::ResolveReport& report = body.report;
     if (!report.changed) {
-      html += "<p>Clear already: nothing has moved.</p>\n";
+      html += paragraphOf("Clear already: nothing has moved.");
       continue;
     }
-    html += fmt::format(
-        "<p>Moves by at most {:.6g}, at time {:.6g}. {} of layers have moved; the hypervolume has "
-        "changed by {:.6g}.</p>\n",
-        report.maxDisplacement, report.maxDisplacementTime,
-        counted(report.movedVertices, "vertex", "vertices"), report.hypervolumeChange);
-    html += plotsOfResolved(page, report) + picturesOfResolved(page, body);
+    html += paragraphOf(fmt::format(
+                "Moves by at most {:.6g}, at time {:.6g}. {} of layers have moved; the hypervolume "
+                "has changed by {:.6g}.",
+                report.maxDisplacement, report.maxDisplacementTime,
+                counted(report.movedVertices, "vertex", "vertices"), report.hypervolumeChange)) +
+            plotsOfResolved(metadata, report) + picturesOfResolved(metadata, body);
   }
-  return htmlPage(page.title, kResolveStyle, html);
+  return htmlPage(title, html);
 }
 
 }  // namespace t4d::tools

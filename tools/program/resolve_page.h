@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "t4d/edit/resolve.h"
+#include "t4d/formats/t4d/metadata.h"
 #include "t4d/model/triangle_mesh.h"
 
 namespace t4d::tools {
@@ -17,16 +18,9 @@ struct ResolvedView {
   model::TriangleMesh after;
 };
 
-struct ResolvePage {
-  std::string title;
-  std::string lengthUnit;  ///< "" if unknown
-  std::string timeUnit;
-  bool zUp = false;
-  std::vector<ResolvedView> bodies;
-};
-
 /// One self-contained HTML page: for each body plots of its displacement and its volume over time,
 /// and pictures of it and the obstacles before and after.
-std::string resolvePage(const ResolvePage& page);
+std::string resolvePage(const std::string& title, const formats::Metadata& metadata,
+                        const std::vector<ResolvedView>& bodies);
 
 }  // namespace t4d::tools

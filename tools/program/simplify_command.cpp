@@ -58,7 +58,7 @@ std::optional<std::string> misuseOf(const SimplifyArguments& options) {
 Result<void> writePage(const SimplifyArguments& options, const formats::Metadata& metadata,
                        const verbs::SimplifyReport& report, formats::OutputFile& file) {
   const std::string page = simplifyPage(options.input, options.simplify.output, metadata, report);
-  return file.write(page.data(), page.size()).and_then([&] { return file.commit(); });
+  return file.finish(page);
 }
 
 int run(SimplifyArguments& options) {

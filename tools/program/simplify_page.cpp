@@ -12,21 +12,19 @@
 namespace t4d::tools {
 namespace {
 
-std::vector<std::vector<std::string>> numbersOf(const verbs::SimplifyReport& report) {
+Table numbersOf(const verbs::SimplifyReport& report) {
   const edit::SimplifyReport& mesh = report.mesh;
-  std::vector<std::vector<std::string>> rows = {
-      {"", "before", "after"},
-      {"cells", grouped(mesh.cellsBefore), grouped(mesh.cells)},
-      {"vertices", grouped(mesh.verticesBefore), grouped(mesh.vertices)},
-      {"hypervolume", fmt::format("{:.12g}", mesh.hypervolumeBefore),
-       fmt::format("{:.12g}", mesh.hypervolume)},
-      {"size", sizeText(report.bytesBefore), sizeText(report.bytes)}};
-  return rows;
+  return {{"", "before", "after"},
+          {"cells", grouped(mesh.cellsBefore), grouped(mesh.cells)},
+          {"vertices", grouped(mesh.verticesBefore), grouped(mesh.vertices)},
+          {"hypervolume", fmt::format("{:.12g}", mesh.hypervolumeBefore),
+           fmt::format("{:.12g}", mesh.hypervolume)},
+          {"size", sizeText(report.bytesBefore), sizeText(report.bytes)}};
 }
 
 /// What 1, 50 and 99 per cent of the cells do not exceed.
-std::vector<std::vector<std::string>> shapesOf(const verbs::SimplifyReport& report) {
-  std::vector<std::vector<std::string>> rows = {
+Table shapesOf(const verbs::SimplifyReport& report) {
+  Table rows = {
       {"of cells", "1 % before", "after", "50 % before", "after", "99 % before", "after"}};
   for (std::size_t k = 0; k < measure::kQualityMeasures.size(); ++k) {
     const std::array cells = {report.quality[0].all(k), report.quality[1].all(k)};
@@ -39,12 +37,12 @@ std::vector<std::vector<std::string>> shapesOf(const verbs::SimplifyReport& repo
   return rows;
 }
 
-std::string plotOf(const verbs::SimplifyReport& report, const formats::Metadata& metadata) {
+Plot plotOf(const verbs::SimplifyReport& report, const formats::Metadata& metadata) {
   Plot plot{labelled("Distance of slices", metadata.lengthUnit),
             labelled("time", metadata.timeUnit),
             {},
             {{"measured", "d", {}}},
-            true};
+            {0.0}};
   for (const auto& [time, distance] : report.distances) {
     plot.x.push_back(time);
     plot.curves[0].values.push_back(distance);
@@ -53,7 +51,7 @@ std::string plotOf(const verbs::SimplifyReport& report, const formats::Metadata&
     plot.curves.push_back(
         {"proved", "a", std::vector<double>(plot.x.size(), *report.mesh.maxError)});
   }
-  return svgOf(plot);
+  return plot;
 }
 
 }  // namespace
@@ -64,13 +62,10 @@ std::string simplifyPage(const std::string& input, const std::string& output,
   const std::string after = std::filesystem::path(output).filename().string();
   std::vector<SolidPair> pairs;
   for (const auto& [time, a, b] : report.pairs) pairs.push_back({time, a, b});
-  const std::string html = tableOf(numbersOf(report)) + tableOf(shapesOf(report)) +
-                           "<h2>Over time</h2>\n<div class=\"plots\">\n" +
-                           plotOf(report, metadata) + "</div>\n<h2>The solids</h2>\n" +
-                           pairPictures({before, after, metadata.lengthUnit, metadata.timeUnit,
-                                         metadata.up == "z", report.measuredError},
-                                        pairs);
-  return htmlPage(before + ", simplified", kPairStyle, html);
+  return htmlPage(before + ", simplified",
+                  tableOf(numbersOf(report)) + tableOf(shapesOf(report)) + headingOf("Over time") +
+                      plotsOf({plotOf(report, metadata)}) + headingOf("The solids") +
+                      pairPictures({before, after, report.measuredError}, metadata, pairs));
 }
 
 }  // namespace t4d::tools

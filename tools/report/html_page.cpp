@@ -25,10 +25,16 @@ th, td { padding: 5px 16px 5px 0; text-align: right; border-bottom: 1px solid va
   white-space: nowrap; }
 th { font-weight: 600; color: var(--soft); white-space: normal; vertical-align: bottom; }
 td:first-child, th:first-child { text-align: left; }
+details { margin: 0 0 6px; }
+summary { cursor: pointer; }
+details th:last-child, details td:last-child { text-align: left; }
 .key { font-weight: 600; }
 .key.a { color: var(--a); } .key.b { color: var(--b); } .key.d { color: var(--d); }
-.plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(520px, 100%), 1fr)); gap: 16px; }
+.plots { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(520px, 100%), 1fr)); gap: 16px;
+  margin: 0 0 16px; }
 .plots svg { width: 100%; background: var(--card); border-radius: 8px; }
+.figures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(300px, 100%), 1fr)); gap: 16px;
+  margin: 0 0 16px; }
 figure { margin: 0; background: var(--card); border-radius: 8px; padding: 10px 12px 12px; }
 figure img { width: 100%; height: auto; display: block; }
 figcaption { font-size: 13px; color: var(--soft); }
@@ -39,6 +45,8 @@ svg .title { font-size: 14px; font-weight: 600; fill: var(--ink); }
 svg .grid { stroke: var(--line); }
 .curve { fill: none; stroke-width: 2; }
 .curve.a { stroke: var(--a); } .curve.b { stroke: var(--b); } .curve.d { stroke: var(--d); }
+.curve.dashed { stroke: var(--soft); stroke-dasharray: 5 4; stroke-width: 1.5; }
+.dot.dashed { fill: none; }
 .dot.a { fill: var(--a); } .dot.b { fill: var(--b); } .dot.d { fill: var(--d); }
 )";
 
@@ -57,12 +65,20 @@ std::string inLightColours(std::string style) {
 
 }  // namespace
 
-std::string htmlPage(const std::string& title, std::string_view style, const std::string& body) {
+std::string htmlPage(const std::string& title, const std::string& bodyHtml) {
   return fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width\">\n<title>{0}</title>\n"
-      "<style>{1}{2}{3}</style>\n</head>\n<body>\n<h1>{0}</h1>\n{4}</body>\n</html>\n",
-      escaped(title), kPageStyle, kPlotStyle, style, body);
+      "<style>{1}{2}</style>\n</head>\n<body>\n<h1>{0}</h1>\n{3}</body>\n</html>\n",
+      escaped(title), kPageStyle, kPlotStyle, bodyHtml);
+}
+
+std::string headingOf(const std::string& text) {
+  return fmt::format("<h2>{}</h2>\n", escaped(text));
+}
+
+std::string paragraphOf(const std::string& text) {
+  return fmt::format("<p>{}</p>\n", escaped(text));
 }
 
 std::string svgFile(std::string svg) {
@@ -82,8 +98,12 @@ std::string figureOf(std::span<const std::uint8_t> png, std::uint32_t pixels,
       escaped(caption), pixels, formats::base64(png));
 }
 
-std::string tableOf(const std::vector<std::vector<std::string>>& rows, std::string_view cssClass) {
-  std::string html = fmt::format("<div class=\"scroll\"><table class=\"{}\">\n", cssClass);
+std::string figuresOf(const std::string& figuresHtml) {
+  return "<div class=\"figures\">\n" + figuresHtml + "</div>\n";
+}
+
+std::string tableOf(const Table& rows) {
+  std::string html = "<div class=\"scroll\"><table>\n";
   for (const std::vector<std::string>& row : rows) {
     const char* tag = &row == &rows.front() ? "th" : "td";
     html += "<tr>";
@@ -93,25 +113,24 @@ std::string tableOf(const std::vector<std::vector<std::string>>& rows, std::stri
   return html + "</table></div>\n";
 }
 
+std::string labelled(const std::string& text, const std::string& unit, std::string_view power) {
+  return unit.empty() ? text : fmt::format("{} [{}{}]", text, unit, power);
+}
+
+std::string withUnit(double number, const std::string& unit, std::string_view power) {
+  return unit.empty() ? fmt::format("{:.6g}", number)
+                      : fmt::format("{:.6g} {}{}", number, unit, power);
+}
+
 std::string escaped(const std::string& text) {
   std::string safe;
   for (const char c : text) {
-    switch (c) {
-      case '&':
-        safe += "&amp;";
-        break;
-      case '<':
-        safe += "&lt;";
-        break;
-      case '>':
-        safe += "&gt;";
-        break;
-      case '"':
-        safe += "&quot;";
-        break;
-      default:
-        safe += c;
-    }
+    const std::string_view name = c == '&'   ? "amp"
+                                  : c == '<' ? "lt"
+                                  : c == '>' ? "gt"
+                                  : c == '"' ? "quot"
+                                             : "";
+    safe += name.empty() ? std::string(1, c) : fmt::format("&{};", name);
   }
   return safe;
 }

@@ -9,11 +9,14 @@
 #define STB_IMAGE_WRITE_STATIC
 #include <stb/stb_image_write.h>
 
+#include "tools/report/html_page.h"
+
 namespace t4d::tools {
 namespace {
 
 using model::Point3;
 
+constexpr std::uint32_t kPixels = 440;  // of a side of a picture
 /// Samples per side of a pixel.
 constexpr std::uint32_t kSamples = 3;
 /// Edges are drawn for triangles whose smallest altitude exceeds this many pixels; the smaller it
@@ -130,6 +133,24 @@ class Canvas {
   std::vector<Sample> samples_;
 };
 
+/// Whether most of a surface consists of triangles that are large enough for their edges to be
+/// drawn; true for an empty one.
+bool showsEdges(const model::TriangleMesh& mesh, const View& view) {
+  const double least = kLeastAltitude * view.extent / kPixels;  // length units
+  double large = 0;
+  double total = 0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Point3& p = mesh.vertices[a];
+    const Point3& q = mesh.vertices[b];
+    const Point3& r = mesh.vertices[c];
+    const double area = 0.5 * (q - p).cross(r - p).norm();
+    const double longest = std::max({(q - p).norm(), (r - q).norm(), (p - r).norm()});
+    total += area;
+    if (2 * area > least * longest) large += area;
+  }
+  return large >= 0.5 * total;
+}
+
 }  // namespace
 
 void append(model::TriangleMesh& to, const model::TriangleMesh& mesh) {
@@ -159,26 +180,22 @@ View viewOf(const model::Bounds3& bounds, bool zUp) {
   return view;
 }
 
-bool showsEdges(const model::TriangleMesh& mesh, const View& view, std::uint32_t pixels) {
-  const double least = kLeastAltitude * view.extent / pixels;  // length units
-  double large = 0;
-  double total = 0;
-  for (const auto& [a, b, c] : mesh.triangles) {
-    const Point3& p = mesh.vertices[a];
-    const Point3& q = mesh.vertices[b];
-    const Point3& r = mesh.vertices[c];
-    const double area = 0.5 * (q - p).cross(r - p).norm();
-    const double longest = std::max({(q - p).norm(), (r - q).norm(), (p - r).norm()});
-    total += area;
-    if (2 * area > least * longest) large += area;
+Colour blended(const Colour& from, const Colour& to, double part) {
+  Colour colour{};
+  for (std::size_t c = 0; c < colour.size(); ++c) {
+    colour[c] = std::lerp(from[c], to[c], static_cast<float>(std::clamp(part, 0.0, 1.0)));
   }
-  return large >= 0.5 * total;
+  return colour;
 }
 
-std::vector<std::uint8_t> pictureOf(const model::TriangleMesh& mesh, const ColourAt& colourAt,
-                                    const View& view, std::uint32_t pixels, Shading shading,
-                                    bool edges) {
-  Canvas canvas(pixels);
+ColourAt always(const Colour& colour) {
+  return [colour](const Point3&) { return colour; };
+}
+
+std::string figureOf(const model::TriangleMesh& mesh, const ColourAt& colourAt, const View& view,
+                     const std::string& caption, Shading shading) {
+  Canvas canvas(kPixels);
+  const bool edges = showsEdges(mesh, view);
   const Eigen::Matrix3d axes = axesOf(view);
   const double scale = canvas.side() / view.extent;
   const double half = 0.5 * canvas.side();
@@ -210,9 +227,9 @@ std::vector<std::uint8_t> pictureOf(const model::TriangleMesh& mesh, const Colou
     const auto* begin = static_cast<const std::uint8_t*>(data);
     bytes.insert(bytes.end(), begin, begin + size);
   };
-  const int side = static_cast<int>(pixels);
+  constexpr int side = kPixels;
   stbi_write_png_to_func(append, &png, side, side, 4, raw.data(), 4 * side);
-  return png;
+  return figureOf(png, kPixels, caption);
 }
 
 }  // namespace t4d::tools

@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
-#include <vector>
+#include <string>
 
 #include "t4d/model/triangle_mesh.h"
 
@@ -12,6 +12,14 @@
 namespace t4d::tools {
 
 using Colour = std::array<float, 3>;  ///< red, green, blue, from 0 to 1
+
+constexpr Colour kBlue = {0.55F, 0.71F, 0.90F};
+constexpr Colour kOrange = {0.95F, 0.72F, 0.50F};
+constexpr Colour kRed = {0.90F, 0.36F, 0.20F};
+constexpr Colour kGrey = {0.72F, 0.74F, 0.78F};
+
+/// From `from` at 0, and below, to `to` at 1, and above.
+Colour blended(const Colour& from, const Colour& to, double part);
 
 /// An orthographic view of solids from the front, slightly from above and from the side.
 struct View {
@@ -28,20 +36,16 @@ void append(model::TriangleMesh& to, const model::TriangleMesh& mesh);
 
 /// The colour of a point of a surface; called once for each pixel that shows it.
 using ColourAt = std::function<Colour(const model::Point3&)>;
+ColourAt always(const Colour& colour);
 
 enum class Shading : std::uint8_t {
   Solid,  ///< lit from one side
   Faint,  ///< lit little, so that colours can be read
 };
 
-/// Whether most of a surface consists of triangles large enough for their edges to be drawn in such
-/// a picture; true for an empty one.
-bool showsEdges(const model::TriangleMesh& mesh, const View& view, std::uint32_t pixels);
-
-/// A square picture with transparent background as the bytes of a PNG file, flat shaded. With
-/// `edges`, the edges of triangles that are large enough are drawn.
-std::vector<std::uint8_t> pictureOf(const model::TriangleMesh& mesh, const ColourAt& colourAt,
-                                    const View& view, std::uint32_t pixels, Shading shading,
-                                    bool edges);
+/// A figure for a page (html_page.h): a square picture with transparent background, flat shaded,
+/// and its caption. If most of the surface consists of large triangles, their edges are drawn.
+std::string figureOf(const model::TriangleMesh& mesh, const ColourAt& colourAt, const View& view,
+                     const std::string& caption, Shading shading = Shading::Solid);
 
 }  // namespace t4d::tools

@@ -1,15 +1,15 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace t4d::tools {
 
-/// A curve of a plot, drawn with the CSS classes `curve` and `cssClass`. Values that are not finite
-/// are skipped.
+/// A curve of a plot, drawn with the CSS classes `curve` and `cssClass`: `a`, `b`, `d` or `dashed`.
+/// Values that the axes cannot show are skipped: those that are not finite and, on logarithmic
+/// axes, those that are not positive.
 struct Curve {
-  std::string name;
+  std::string name;  ///< "" to leave it out of the legend
   std::string cssClass;
   std::vector<double> values;  ///< one per x of the plot
 };
@@ -17,16 +17,22 @@ struct Curve {
 struct Plot {
   std::string title;
   std::string xLabel;
-  std::vector<double> x;  ///< increasing; none: axes alone
+  std::vector<double> x;  ///< none: axes alone
   std::vector<Curve> curves;
-  bool fromZero = false;  ///< the y axis starts at 0
+  std::vector<double> covers = {};  ///< values that the y axis reaches in any case, such as 0
+  bool logarithmic = false;         ///< both axes
 };
 
-/// A title or label with its unit: "Volume [mm³]"; the text alone where the unit is not known.
-std::string labelled(const std::string& text, const std::string& unit, std::string_view power = {});
+/// Errors, given as fractions, in percent over the sizes of voxels, on logarithmic axes; errors
+/// that are no more than rounding are skipped. From the first point of each curve a dashed line
+/// shows convergence of order 2.
+Plot convergencePlot(const std::string& title, const std::string& xLabel, std::vector<double> sizes,
+                     std::vector<Curve> errors);
 
-/// An <svg> element, with a legend if there are several curves. Its colours come from the CSS
-/// classes `axis` and `grid`, and from those of the curves.
+/// An <svg> element, with a legend if several curves have names.
 std::string svgOf(const Plot& plot);
+
+/// Plots side by side, for a page.
+std::string plotsOf(const std::vector<Plot>& plots);
 
 }  // namespace t4d::tools

@@ -101,10 +101,7 @@ Result<void> writeG4mfText(const std::filesystem::path& path, const FlatBodies& 
       "data:application/octet-stream;base64," +
       base64({reinterpret_cast<const std::uint8_t*>(data.data()), data.size()});
   const std::string text = textOf(document, 1) + "\n";
-  auto file = OutputFile::create(path);
-  if (!file) return file.error();
-  if (done = file->write(text.data(), text.size()); !done) return done;
-  return file->commit();
+  return writeOutputFile(path, text);
 }
 
 Result<void> writeG4mfBinary(const std::filesystem::path& path, const FlatBodies& mesh) {

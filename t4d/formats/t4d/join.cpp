@@ -99,10 +99,7 @@ Result<JoinReport> writeManifest(const std::vector<std::filesystem::path>& files
   if (!manifest) return manifest.error();
   for (std::size_t i = 0; i < paths.size(); ++i) manifest->parts[i].path = std::move(paths[i]);
   const std::string text = manifestText(*manifest);
-  auto out = OutputFile::create(into);
-  if (!out) return out.error();
-  if (auto written = out->write(text.data(), text.size()); !written) return written.error();
-  if (auto done = out->commit(); !done) return done.error();
+  if (auto written = writeOutputFile(into, text); !written) return written.error();
   JoinReport report{{}, text.size(), std::move(manifest->losses), parts->size()};
   for (std::size_t i = 0; i < manifest->metadata.bodies.size(); ++i) {
     report.bodies.push_back(manifest->summary(i));
