@@ -246,7 +246,7 @@ std::vector<std::string> EnvelopeReport::losses() const {
   std::vector<std::string> all;
   for (const Passage& one : passages.all) {
     std::vector<std::string> own = one.envelope.losses;
-    if (contains && !one.chordBound) {
+    if (options.contains() && !one.chordBound) {
       own.emplace_back(
           "it is certain for the mesh as it is, straight between its layers: how far "
           "that is from the motion is not known");
@@ -263,12 +263,7 @@ Result<EnvelopeReport> envelope(Passages passages, const EnvelopeOptions& option
                                 Observer& observer) {
   const system::Stopwatch stopwatch;
   if (auto good = checkEnvelopeOptions(options); !good) return good.error();
-  EnvelopeReport report;
-  report.contains = options.contains();
-  report.inflate = options.inflate;
-  report.simplify = options.simplify;
-  report.part = options.part;
-  report.passages = std::move(passages);
+  EnvelopeReport report{.passages = std::move(passages), .options = options};
   const auto done =
       options.part ? makePart(options, report, observer) : makeWhole(options, report, observer);
   if (!done) return done.error();

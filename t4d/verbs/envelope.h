@@ -88,12 +88,9 @@ Result<std::uint64_t> mostFieldParts(const Passages& passages, const EnvelopeOpt
 std::optional<std::string> doubtOfHypervolume(const Passage& passage, const model::TimeSpan& span);
 
 struct EnvelopeReport {
-  Passages passages;                           ///< with their envelopes, except for a part
-  bool contains = false;                       ///< as EnvelopeOptions::contains
-  std::optional<double> inflate = {};          ///< as EnvelopeOptions
-  std::optional<std::uint64_t> simplify = {};  ///< as EnvelopeOptions
-  std::optional<model::Part> part = {};        ///< of the fields alone
-  double fieldVoxelSize = 0;                   ///< 0 without fields
+  Passages passages;          ///< with their envelopes, except for a part
+  EnvelopeOptions options;    ///< with which it was made
+  double fieldVoxelSize = 0;  ///< 0 without fields
   std::vector<WrittenField> fields = {};
   double seconds = 0;                        ///< without those of passagesOf, if that was called
   std::vector<std::string> fileLosses = {};  ///< what the format of `output` cannot hold

@@ -47,7 +47,7 @@ nlohmann::ordered_json envelopeNumbers(std::span<const Passage> all, const Envel
     chords = chords && one.chordBound ? std::max(chords, one.chordBound) : std::nullopt;
     outside = outside && one.outsideBy() ? std::max(outside, one.outsideBy()) : std::nullopt;
   }
-  if (!report.contains) outside.reset();
+  if (!report.options.contains()) outside.reset();
   return {
       {"vertices", vertices},
       {"triangles", triangles},
@@ -63,9 +63,9 @@ nlohmann::ordered_json envelopeNumbers(std::span<const Passage> all, const Envel
       {"voxel_size", voxelSize > 0 ? nlohmann::ordered_json(voxelSize) : nlohmann::ordered_json()},
       {"error_bound", errorBound},
       {"chord_bound", orNull(chords)},
-      {"outside", report.contains},
-      {"inflate", orNull(report.inflate)},
-      {"simplify", orNull(report.simplify)},
+      {"outside", report.options.contains()},
+      {"inflate", orNull(report.options.inflate)},
+      {"simplify", orNull(report.options.simplify)},
       {"outside_by", orNull(outside)},
       {"silhouette_triangles", silhouette}};
 }
@@ -76,7 +76,7 @@ std::string jsonOf(const EnvelopeReport& report, std::uint64_t peakBytes) {
   const Passages& passages = report.passages;
   nlohmann::ordered_json value = envelopeNumbers(passages.all, report);
   value["bodies"] = nlohmann::ordered_json::array();
-  if (report.part) {
+  if (report.options.part) {
     for (const char* name : {"vertices", "triangles", "closed", "self_intersections", "components",
                              "cavities", "genus", "volume", "error_bound"}) {
       value[name] = nullptr;

@@ -1,28 +1,16 @@
-#include <cctype>
 #include <string>
 
 #include "t4d/formats/motion/joint_table.h"
 #include "t4d/formats/motion/mechanism_reader.h"
 #include "t4d/formats/motion/urdf_reader.h"
 #include "tools/fuzz/fuzz.h"
+#include "tools/fuzz/many_segments.h"
 
 /// Mechanisms: JSON if the first byte is that of an object; URDF if it is that of an element, with
 /// the table of its joints after a zero; and otherwise a table of joints alone. An accepted
 /// mechanism is a tree, and its poses are rigid and finite.
 namespace t4d::fuzz {
 namespace {
-
-/// Longer numbers may request a million segments, which is allowed but slow.
-constexpr int kMostDigits = 4;
-
-bool asksForManySegments(const std::string& text) {
-  int digits = 0;
-  for (const char c : text) {
-    digits = std::isdigit(static_cast<unsigned char>(c)) != 0 ? digits + 1 : 0;
-    if (digits > kMostDigits) return text.find("repeat") != std::string::npos;
-  }
-  return false;
-}
 
 void checkTable(const std::string& text) {
   const auto table = formats::readJointTable({"joints.csv", text}, "s");

@@ -1,26 +1,14 @@
-#include <cctype>
 #include <string>
 
 #include "t4d/formats/motion/motion_csv.h"
 #include "t4d/formats/motion/motion_reader.h"
 #include "tools/fuzz/fuzz.h"
+#include "tools/fuzz/many_segments.h"
 
 /// Motion files, JSON if the first byte is that of an object and tables otherwise: an accepted
 /// motion has no gaps and only finite numbers.
 namespace t4d::fuzz {
 namespace {
-
-/// Longer numbers may request a million segments, which is allowed but slow.
-constexpr int kMostDigits = 4;
-
-bool asksForManySegments(const std::string& text) {
-  int digits = 0;
-  for (const char c : text) {
-    digits = std::isdigit(static_cast<unsigned char>(c)) != 0 ? digits + 1 : 0;
-    if (digits > kMostDigits) return text.find("repeat") != std::string::npos;
-  }
-  return false;
-}
 
 bool finite(const model::Pose& pose) {
   return pose.rotation.allFinite() && pose.translation.allFinite();

@@ -142,7 +142,9 @@ std::string otherWays(const verbs::EnvelopeOptions& how, const Passage& one) {
   return !how.exact && one.hasFewTriangles() ? "--exact or --outside" : "--outside";
 }
 
-void printPassages(const verbs::EnvelopeOptions& how, const std::vector<Passage>& all) {
+void printPassages(const verbs::EnvelopeReport& report) {
+  const verbs::EnvelopeOptions& how = report.options;
+  const std::vector<Passage>& all = report.passages.all;
   for (const Passage& one : all) {
     const edit::Envelope& envelope = one.envelope;
     const bool several = all.size() > 1;
@@ -225,9 +227,10 @@ void printFields(const verbs::EnvelopeReport& report) {
   print("  {:.2f} s, peak memory {}\n", report.seconds, sizeText(peakBytes()));
 }
 
-void printPart(const verbs::EnvelopeReport& report, const verbs::EnvelopeOptions& how) {
-  print("part {} of {} of the fields; voxel size {:g}{}\n", report.part->number, report.part->count,
-        report.fieldVoxelSize, how.voxelSize ? "" : " (by the size of the solid)");
+void printPart(const verbs::EnvelopeReport& report) {
+  const auto& [number, count] = *report.options.part;
+  print("part {} of {} of the fields; voxel size {:g}{}\n", number, count, report.fieldVoxelSize,
+        report.options.voxelSize ? "" : " (by the size of the solid)");
 }
 
 void printReport(const verbs::EnvelopeReport& made, const EnvelopeArguments& options) {
@@ -236,19 +239,15 @@ void printReport(const verbs::EnvelopeReport& made, const EnvelopeArguments& opt
     tools::printText(options.part.inReport(jsonOf(made, peakBytes()), identity) + "\n");
     return;
   }
-  if (made.part) {
-    printPart(made, options.envelope);
-  } else {
-    printPassages(options.envelope, made.passages.all);
-  }
+  made.options.part ? printPart(made) : printPassages(made);
   printFields(made);
 }
 
 /// What was lost, with the options that may help.
-std::vector<std::string> lossesOf(verbs::EnvelopeReport made, const verbs::EnvelopeOptions& how) {
+std::vector<std::string> lossesOf(verbs::EnvelopeReport made) {
   for (Passage& one : made.passages.all) {
     std::vector<std::string>& own = one.envelope.losses;
-    const std::string ways = otherWays(how, one);
+    const std::string ways = otherWays(made.options, one);
     if (!own.empty() && !ways.empty()) own.back() += fmt::format("; {} finds what is thin", ways);
   }
   return made.losses();
@@ -294,7 +293,7 @@ int run(EnvelopeArguments& options) {
   }
   made->seconds = stopwatch.seconds();
   printReport(*made, options);
-  return reportLosses(lossesOf(std::move(*made), how), how.center);
+  return reportLosses(lossesOf(std::move(*made)), how.center);
 }
 
 }  // namespace

@@ -18,6 +18,7 @@
 #include "t4d/formats/gltf/gltf_scene.h"
 #include "t4d/formats/gltf/gltf_shape.h"
 #include "t4d/formats/t4d/names.h"
+#include "t4d/model/amount_text.h"
 #include "t4d/model/times.h"
 
 namespace t4d::formats {
@@ -97,17 +98,17 @@ class AnimationReader {
     }
     if (hidden > 0) {
       scene_.notices.push_back(fmt::format("left out {}, whose scale is zero all the time",
-                                           counted(hidden, "hidden node")));
+                                           model::counted(hidden, "hidden node")));
     }
     if (hiddenInstances_ > 0) {
       scene_.notices.push_back(fmt::format("left out {}, whose scale is zero",
-                                           counted(hiddenInstances_, "hidden instance")));
+                                           model::counted(hiddenInstances_, "hidden instance")));
     }
     addHalfTurns();
     scene_.losses = gltfLosses(model_, used_);
     if (moving_->otherChannels > 0) {
       scene_.losses.push_back(fmt::format("{} of the animation that move neither nodes nor weights",
-                                          counted(moving_->otherChannels, "channel")));
+                                          model::counted(moving_->otherChannels, "channel")));
     }
     return std::move(scene_);
   }

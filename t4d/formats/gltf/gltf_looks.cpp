@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "t4d/formats/gltf/gltf_losses.h"
+#include "t4d/model/amount_text.h"
 
 namespace t4d::formats {
 namespace {
@@ -82,8 +82,8 @@ GltfLooks readGltfLooks(const InputFile& file, const tinygltf::Model& model,
       }
     }
     if (from.missing > 0) {
-      looks.notices.push_back(fmt::format("{} without {}: {} there",
-                                          counted(from.missing, "primitive"), name, fillingText));
+      looks.notices.push_back(fmt::format(
+          "{} without {}: {} there", model::counted(from.missing, "primitive"), name, fillingText));
     }
     looks.rows.push_back(std::move(rows));
     looks.names.insert(name);

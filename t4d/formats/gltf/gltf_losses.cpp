@@ -9,9 +9,12 @@
 #include "t4d/formats/gltf/gltf_builder.h"
 #include "t4d/formats/gltf/gltf_instances.h"
 #include "t4d/formats/gltf/gltf_model.h"
+#include "t4d/model/amount_text.h"
 
 namespace t4d::formats {
 namespace {
+
+using model::counted;
 
 bool isPointsOrLines(const tinygltf::Primitive& primitive) {
   return primitive.mode >= TINYGLTF_MODE_POINTS && primitive.mode <= TINYGLTF_MODE_LINE_STRIP;
@@ -161,10 +164,6 @@ class Losses {
 };
 
 }  // namespace
-
-std::string counted(std::size_t number, const std::string& one, const std::string& many) {
-  return fmt::format("{} {}", number, number == 1 ? one : many.empty() ? one + "s" : many);
-}
 
 std::vector<std::string> gltfLosses(const tinygltf::Model& model, const GltfUse& used) {
   return Losses(model, used).list();

@@ -24,7 +24,4 @@ struct GltfUse {
 /// concerns no used node or mesh is not named, but for meshes and scenes that are left out.
 std::vector<std::string> gltfLosses(const tinygltf::Model& model, const GltfUse& used);
 
-/// "1 node", "2 nodes"; `many` where the plural is not `one` with an s.
-std::string counted(std::size_t number, const std::string& one, const std::string& many = {});
-
 }  // namespace t4d::formats

@@ -7,6 +7,7 @@
 #include "t4d/formats/gltf/gltf_looks.h"
 #include "t4d/formats/gltf/gltf_losses.h"
 #include "t4d/formats/gltf/gltf_scene.h"
+#include "t4d/model/amount_text.h"
 
 namespace t4d::formats {
 namespace {
@@ -51,11 +52,11 @@ class RestReader {
     loaded->attributeNotices = std::move(looks.notices);
     if (hidden_ > 0) {
       loaded->notices.push_back(
-          fmt::format("left out {}, whose scale is zero", counted(hidden_, "hidden node")));
+          fmt::format("left out {}, whose scale is zero", model::counted(hidden_, "hidden node")));
     }
     if (hiddenInstances > 0) {
       loaded->notices.push_back(fmt::format("left out {}, whose scale is zero",
-                                            counted(hiddenInstances, "hidden instance")));
+                                            model::counted(hiddenInstances, "hidden instance")));
     }
     if (sheared_) {
       loaded->notices.emplace_back(

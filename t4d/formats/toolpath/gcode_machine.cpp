@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "t4d/model/amount_text.h"
+
 namespace t4d::formats {
 namespace {
 
@@ -12,10 +14,6 @@ constexpr double kMmPerInch = 25.4;
 constexpr int kLargestTool = 99'999;
 
 bool isCycle(int motion) { return motion >= 730; }
-
-std::string counted(std::size_t count, std::string_view one, std::string_view many) {
-  return count == 1 ? fmt::format("1 {}", one) : fmt::format("{} {}", count, many);
-}
 
 }  // namespace
 
@@ -301,11 +299,11 @@ Result<ToolPath> GcodeMachine::finish(const InputFile& file) {
         "{}: {} of the machine (G28, G30, G53) that are not known: the tool is out of the way "
         "until X, Y and Z are given again; give the machine's zero with --offset G53=x,y,z",
         file.atLine(firstLeftOut_),
-        counted(leftOut_, "move goes to places", "moves go to places")));
+        model::counted(leftOut_, "move goes to places", "moves go to places")));
   }
   if (dwells_ > 0) {
     notices.push_back(fmt::format("{}: {} no time here", file.path.string(),
-                                  counted(dwells_, "dwell takes", "dwells take")));
+                                  model::counted(dwells_, "dwell takes", "dwells take")));
   }
   return builder_.finish();
 }

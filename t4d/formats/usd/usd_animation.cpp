@@ -8,8 +8,8 @@
 
 #include "t4d/formats/animation/shape_run.h"
 #include "t4d/formats/file_extension.h"
-#include "t4d/formats/gltf/gltf_losses.h"
 #include "t4d/formats/usd/usd_shape.h"
+#include "t4d/model/amount_text.h"
 
 namespace t4d::formats {
 namespace {
@@ -42,9 +42,9 @@ class UsdAnimationReader {
     if (shapes_.empty()) return invalid("holds no mesh that is visible", file_);
     if (hidden > 0) {
       made_.notices.push_back(
-          fmt::format("left out {}", counted(hidden, "mesh that is never visible",
-                                             "meshes that are never "
-                                             "visible")));
+          fmt::format("left out {}", model::counted(hidden, "mesh that is never visible",
+                                                    "meshes that are never "
+                                                    "visible")));
     }
     if (auto done = chooseTolerance(); !done) return done.error();
     for (std::size_t i = 0; i < shapes_.size(); ++i) {

@@ -4,9 +4,9 @@
 
 #include <fmt/format.h>
 
-#include "t4d/formats/gltf/gltf_losses.h"
 #include "t4d/formats/triangle/mesh_builder.h"
 #include "t4d/formats/usd/usd_shape.h"
+#include "t4d/model/amount_text.h"
 
 namespace t4d::formats {
 
@@ -51,7 +51,7 @@ Result<LoadedMesh> readUsd(const InputFile& file) {
   }
   if (hidden > 0) {
     loaded->notices.push_back(
-        fmt::format("left out {}", counted(hidden, "invisible mesh", "invisible meshes")));
+        fmt::format("left out {}", model::counted(hidden, "invisible mesh", "invisible meshes")));
   }
   loaded->lossesBesideAttributes = loaded->losses;  // it has none
   return loaded;

@@ -8,9 +8,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "t4d/formats/gltf/gltf_losses.h"
 #include "t4d/formats/t4d/names.h"
 #include "t4d/formats/text/text_scanner.h"
+#include "t4d/model/amount_text.h"
 #include "t4d/model/units.h"
 
 namespace t4d::formats {
@@ -59,8 +59,8 @@ class SceneReader {
     if (auto done = readTimes(); !done) return done;
     nameMeshes();
     if (hidden_ > 0) {
-      scene_.notices.push_back(
-          fmt::format("left out {} whose purpose is guide or proxy", counted(hidden_, "prim")));
+      scene_.notices.push_back(fmt::format("left out {} whose purpose is guide or proxy",
+                                           model::counted(hidden_, "prim")));
     }
     addLosses();
     return {};
@@ -243,7 +243,7 @@ class SceneReader {
     if (subdivided_ > 0) {
       scene_.losses.push_back(
           fmt::format("the smooth surface of {}: the control mesh is read",
-                      counted(subdivided_, "subdivision mesh", "subdivision meshes")));
+                      model::counted(subdivided_, "subdivision mesh", "subdivision meshes")));
     }
     std::vector<std::string> left;
     for (const auto& [type, number] : others_) {
