@@ -44,7 +44,7 @@ py::array viewOf(const std::vector<std::array<std::uint32_t, N>>& rows, const py
 /// (n,) or (n, components).
 py::array viewOf(const model::Attribute& attribute, const py::handle& owner);
 
-/// The same of all of one domain, by name.
+/// A dict from the name of each attribute of the domain to its array.
 py::dict viewsOf(std::span<const model::Attribute> attributes, model::Domain domain,
                  const py::handle& owner);
 

@@ -202,7 +202,8 @@ class PatchCollapser {
     return placeVertex(edge, pull);
   }
 
-  /// The same with sums of normals that have no rounding errors of earlier collapses.
+  /// As placementOf, with sums of normals computed anew, free of rounding errors of earlier
+  /// collapses.
   std::optional<VertexPlacement> exactPlacement(const Collapse& wanted) const {
     const auto& [a, b, pull] = wanted;
     Eigen::Vector4d normalA = Eigen::Vector4d::Zero();

@@ -414,7 +414,7 @@ TEST(Envelope, OutsideTakesNoSmallerDefaultForThinParts) {
   EXPECT_EQ(defaultVoxelSize(silhouette, {.reach = 8}), 1);
 }
 
-/// The same motion and silhouette, in a mesh of few triangles.
+/// The envelope of a solid moved by a screw, simplified to at most `triangles` triangles.
 Outside simplified(const TriangleMesh& solid, const model::Screw& screw, std::uint64_t steps,
                    std::size_t triangles, EnvelopeOptions options = {}) {
   const model::ScrewRun run{1, screw, 1};

@@ -323,8 +323,8 @@ class Classifier {
     return (places_[b] - places_[a]).cross(places_[c] - places_[a]).norm();
   }
 
-  /// Nothing if it is not near enough to a whole number: the piece is too small, or too near
-  /// another.
+  /// The winding number behind a piece. Nothing if the computed value is not close enough to an
+  /// integer: the piece is too small, or too close to another.
   std::optional<int> behind(const Piece& piece) const {
     const auto& [a, b, c] = piece.corners;
     const Point3 middle = (places_[a] + places_[b] + places_[c]) / 3;
@@ -344,7 +344,7 @@ class Classifier {
     return static_cast<int>(whole);
   }
 
-  /// The same in exact arithmetic, for pieces that are thinner than rounding: by the triangles that
+  /// As `behind`, in exact arithmetic, for pieces thinner than rounding: counts the triangles that
   /// a line from within the piece meets. Nothing if all lines that are tried touch an edge.
   std::optional<int> exactlyBehind(const Piece& piece) const {
     std::array<ExactPoint, 3> corners;

@@ -50,7 +50,7 @@ inline std::string textOf(const Error& error, const std::filesystem::path& path)
   return text;
 }
 
-/// The same for a file of these bytes.
+/// The error of a triangle mesh file with these bytes, as textOf; "(was accepted)" without one.
 inline std::string errorOf(const std::string& name, const std::string& bytes) {
   const auto path = writeFile(name, bytes);
   const auto loaded = readTriangleMesh(path);

@@ -185,7 +185,7 @@ double asDouble(const Number& value) {
   return static_cast<double>(value);
 }
 
-/// The combination's time in double precision.
+/// The point of a combination, in double precision.
 template <class Number>
 Point4 pointOf(const Combination<Number>& combination, const Corners8& corners) {
   // Relative to a corner with a weight, so that a common point that is a corner comes out as it.
@@ -202,7 +202,8 @@ Point4 pointOf(const Combination<Number>& combination, const Corners8& corners) 
   return corners[base] + offset;
 }
 
-/// The same for numbers that may exceed doubles, each coordinate rounded once.
+/// The point of a combination whose weights may exceed the range of doubles. Each coordinate is
+/// computed exactly and rounded once.
 Point4 roundedPointOf(const Combination<BigInt>& combination, const Corners8& corners) {
   Point4 point;
   for (int axis = 0; axis < 4; ++axis) {
@@ -386,8 +387,7 @@ std::vector<std::size_t> spannedAxes(const Whole8& points) {
   return axes;
 }
 
-/// Six times the oriented volume of a cell of a hyperplane, projected along the axis that is left
-/// out.
+/// Six times the oriented volume of a cell of a hyperplane, projected onto `axes`.
 BigInt volumeOf(const Whole8& points, std::size_t first, const std::vector<std::size_t>& axes) {
   std::vector<std::vector<BigInt>> rows;
   for (std::size_t i = first + 1; i < first + 4; ++i) {
@@ -398,9 +398,8 @@ BigInt volumeOf(const Whole8& points, std::size_t first, const std::vector<std::
   return determinant(rows);
 }
 
-/// The same as for points that span R^4, in the d < 4 dimensions that they span: the smallest
-/// common faces have d + 2 corners. Two cells of the same hyperplane are such, or two that are
-/// flat.
+/// The meeting of two cells whose corners span only d < 4 dimensions, as two cells of a common
+/// hyperplane or two flat ones: there, the smallest common faces have d + 2 corners.
 std::optional<CellMeeting> meetingInHyperplane(const Whole8& points, const Corners8& corners) {
   const std::vector<std::size_t> axes = spannedAxes(points);
   const int size = static_cast<int>(axes.size()) + 2;

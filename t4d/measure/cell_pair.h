@@ -40,8 +40,8 @@ struct CellMeeting {
 std::optional<CellMeeting> meetingOf(const CellCorners& a, const CellCorners& b,
                                      bool crossingsOnly = false);
 
-/// The same with times that are the exact ones, rounded once. Slower by an order of magnitude or
-/// two.
+/// As meetingOf, but the times are exact and rounded once. Slower by one or two orders of
+/// magnitude.
 std::optional<CellMeeting> meetingRoundedOnce(const CellCorners& a, const CellCorners& b);
 
 }  // namespace t4d::measure

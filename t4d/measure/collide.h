@@ -49,7 +49,7 @@ struct Clearance {
   CellNumber b;
 };
 
-/// The same over a part of the time.
+/// The smallest distance of two solids at equal times within a span.
 struct ClearanceOver {
   model::TimeSpan span;
   double distance = 0;  ///< 0 for solids in contact
@@ -99,9 +99,9 @@ struct SourcePair {
   const model::Source* b = nullptr;
 };
 
-/// The same of several pairs, in their order, with the same results. Pairs that share a body share
-/// what is known of it: a slab of each body is in memory at a time, with its tree, and pairs whose
-/// boxes are apart cost hardly anything.
+/// Collides several pairs; returns what `collide` returns for each, in their order. Work on a body
+/// is shared by all its pairs: one slab of each body is in memory at a time, with its tree. Pairs
+/// with disjoint bounding boxes cost almost nothing.
 Result<std::vector<Collision>> collideAll(std::span<const SourcePair> pairs,
                                           const CollideOptions& options = {},
                                           const model::Progress& progress = {});

@@ -36,12 +36,12 @@ struct CollisionVerdict {
   double depth = 0;
   /// For Clear: the true solids are apart by at least this at all times.
   double clearBy = 0;
-  /// For WithinTolerance: steps that keep this fraction of the volume (mesh4d::MinVolumeRatio)
-  /// decide the case if the depth or the distance found is that of the motions: they make the bound
-  /// smaller than half of it. If it is not, the finer mesh names the next. Nothing if no steps do,
-  /// or if the motion of a body is not a screw from pose to pose.
+  /// For WithinTolerance: a mesh4d::MinVolumeRatio whose steps make the bound smaller than half the
+  /// depth or distance found. They decide the case if that depth or distance is the one of the
+  /// motions; if not, the report on the finer mesh gives the next ratio. Nothing if no steps are
+  /// fine enough, or if the motion of a body is not a screw from pose to pose.
   std::optional<double> minVolumeRatio;
-  /// The same as mesh4d::MaxDeviation, for any motion.
+  /// A mesh4d::MaxDeviation that decides the case, as minVolumeRatio does, for any motion.
   std::optional<double> maxDeviation;
 };
 

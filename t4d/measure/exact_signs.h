@@ -17,8 +17,8 @@ int orientation(const Point2& a, const Point2& b, const Point2& c);
 int orientation(const model::Point3& a, const model::Point3& b, const model::Point3& c,
                 const model::Point3& d);
 
-/// The same with d moved by (e, e^2, e^3) for an e smaller than any number: 0 only if a, b and c
-/// are on one line. All points of a lattice that are moved so are off all planes, consistently
+/// `orientation` with d moved by (e, e^2, e^3) for an e smaller than any number: 0 only if a, b and
+/// c are on one line. All points of a lattice that are moved so are off all planes, consistently
 /// (simulation of simplicity; Edelsbrunner and Muecke 1990).
 int movedOrientation(const model::Point3& a, const model::Point3& b, const model::Point3& c,
                      const model::Point3& d);

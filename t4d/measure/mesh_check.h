@@ -113,7 +113,8 @@ class MeshChecker : public model::Sink {
 
   /// The report. Call it once, after the last slab.
   MeshReport finish();
-  /// The same for a part, with CheckOptions::goesOnBefore after startAfter.
+  /// The report on a part of the mesh. Call it once, in place of `finish`. If startAfter was
+  /// called, CheckOptions::goesOnBefore must be set.
   PartOfMesh finishPart();
 
  private:

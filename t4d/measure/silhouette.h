@@ -30,9 +30,10 @@ struct Silhouette {
   model::TriangleMesh surface;
   /// The integral of k over space, the sum of the projected volumes of all exits.
   double visitsVolume = 0;
-  /// The integral of the time that each place is covered: the hypervolume.
+  /// The hypervolume: the integral over space of the time that each point is covered.
   double hypervolume = 0;
-  /// The same as the flux of (x, y, z, 0) / 3 through all cells, to check it. Not of a slab alone.
+  /// The hypervolume computed as the flux of (x, y, z, 0) / 3 through all cells, as a check. Not
+  /// meaningful for a slab alone.
   double hypervolumeByFlux = 0;
   std::uint64_t exits = 0;
   std::uint64_t entries = 0;

@@ -12,7 +12,7 @@ namespace t4d::measure {
 /// The non-manifold interior vertices of a slab, ignoring those without cells.
 std::vector<std::uint32_t> nonManifoldInteriorVertices(const model::Connectivity& connectivity);
 
-/// The same for the layer between two slabs; vertices are numbered from the first of the layer.
+/// The non-manifold vertices of the layer between two slabs, numbered from the first of the layer.
 /// Either slab may be null, at an end of the mesh.
 std::vector<std::uint32_t> nonManifoldLayerVertices(const model::Connectivity* before,
                                                     const model::Connectivity* after);

@@ -23,13 +23,13 @@ class WindingNumber {
   /// What one triangle adds at a point.
   static double ofTriangle(const std::array<model::Point3, 3>& corners, const model::Point3& point);
 
-  /// At a point, by a sum over all triangles: exact up to rounding.
+  /// The winding number at a point, as a sum over all triangles: exact up to rounding.
   double exactAt(const model::Point3& point) const;
-  /// Without building the tree, for a few points.
+  /// The winding number at a point, exact up to rounding, without a tree: for a few points.
   static double exactAt(const model::TriangleMesh& mesh, const model::Point3& point);
 
-  /// The same with distant groups of triangles replaced by dipoles (Barill et al. 2018). Off by a
-  /// few hundredths at most. Triangles near the point add exactly what `ofTriangle` says.
+  /// An approximation in which dipoles replace distant groups of triangles (Barill et al. 2018),
+  /// within a few hundredths. Triangles near the point add exactly what `ofTriangle` says.
   double at(const model::Point3& point) const;
 
  private:

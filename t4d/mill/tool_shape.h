@@ -53,7 +53,7 @@ Result<Cylinder> parseCylinder(std::string_view text);
 /// tolerance.
 model::TriangleMesh toolMesh(const ToolShape& tool, double tolerance);
 
-/// The same of a cylinder that begins at the height `from`.
+/// A cylinder that begins at the height `from`, as a closed triangle mesh like toolMesh.
 model::TriangleMesh cylinderMesh(const Cylinder& cylinder, double from, double tolerance);
 
 }  // namespace t4d::mill

@@ -73,7 +73,7 @@ std::uint64_t pairCount(std::span<const Input> inputs, const CollideOptions& opt
 /// time,a,b,distance,lower_bound,overlap_depth: by time, and at a time in the order of the pairs.
 std::string clearanceCsv(const CollideReport& report);
 
-/// The same as JSON: for each pair its names and `samples`.
+/// The samples as JSON: for each pair its names and `samples`.
 std::string clearanceJson(const CollideReport& report);
 
 /// The report as JSON (docs/schemas/collide.schema.json).

@@ -14,7 +14,7 @@ bool sameFile(const fs::path& a, const fs::path& b) {
   return fs::equivalent(a, b, ignored);
 }
 
-/// Likewise for files that need not exist.
+/// Whether two paths, whose files need not exist, lead to the same file.
 bool sameFileOnceWritten(const fs::path& a, const fs::path& b) {
   std::error_code failed;
   const auto whole = [&](const fs::path& path) {

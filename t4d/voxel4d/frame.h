@@ -130,9 +130,9 @@ struct Lattice {
   model::Point3 operator()(const Eigen::Vector3d& point) const {
     return origin + voxelSize * point;
   }
-  /// One coordinate of it.
+  /// One coordinate of a lattice point in space.
   double along(int axis, double index) const { return origin[axis] + voxelSize * index; }
-  /// The same as a map: (voxelSize I | origin).
+  /// The map from index space to space: (voxelSize I | origin).
   model::Affine3x4 place() const {
     model::Affine3x4 map;
     map << voxelSize * Eigen::Matrix3d::Identity(), origin;

@@ -42,8 +42,8 @@ openvdb::Coord originNear(const model::TriangleMesh& mesh, const Lattice& lattic
   return origin;
 }
 
-/// The same tree with its values times `scale` and its nodes moved by `shift`, a multiple of 8.
-/// It has values in leaf nodes only.
+/// A copy of a tree with its values multiplied by `scale` and its nodes moved by `shift`, a
+/// multiple of 8. The tree must have values in leaf nodes only.
 openvdb::FloatTree::Ptr movedTree(const openvdb::FloatTree& from, float scale,
                                   const openvdb::Coord& shift) {
   auto into = std::make_shared<openvdb::FloatTree>(scale * from.background());

@@ -204,7 +204,7 @@ std::uint64_t transposed(std::uint64_t bits) {
 /// number s, m and f along the slowest, the middle and the fastest axis.
 using SignBytes = std::array<std::uint8_t, 64>;
 
-/// The same in the order of BlockMask; `axes` from the fastest to the slowest.
+/// Converts the signs of a block to the order of BlockMask; `axes` from the fastest to the slowest.
 BlockMask inOrderOfMask(const SignBytes& signs, const std::array<std::size_t, 3>& axes) {
   BlockMask mask{};
   const auto stride = [&](std::size_t axis) { return axes[1] == axis ? std::size_t{1} : 8; };

@@ -16,7 +16,7 @@
 namespace t4d::voxel4d {
 namespace {
 
-/// The same nodes with the same values, active and not.
+/// Expects both trees to have the same nodes and values, active and inactive.
 template <class Tree>
 void expectSameTree(const Tree& a, const Tree& b) {
   ASSERT_TRUE(a.hasSameTopology(b));

@@ -164,7 +164,7 @@ void WovenSlab::eachInTime(const WovenBlock& block, Take take) const {
   }
 }
 
-/// When the points of a block are crossed, as fractions of the time between the frames.
+/// Computes when the points of a block are crossed, as fractions of the time between the frames.
 void WovenSlab::fractionsByDistance(const WovenBlock& block, float* into) const {
   FaceDistance a(before_, *metric_, block.coord);
   FaceDistance b(after_, *metric_, block.coord);
@@ -173,7 +173,7 @@ void WovenSlab::fractionsByDistance(const WovenBlock& block, float* into) const 
   });
 }
 
-/// The same of all points; looking for faces takes longer than anything else here.
+/// Computes the fractions of all blocks, in parallel: no other step takes as long.
 void WovenSlab::findFractions() {
   fractions_.resize(firstUpper() - lowerCount);
   tbb::parallel_for(std::size_t{0}, blocks_.size(), [&](std::size_t i) {

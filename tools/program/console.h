@@ -30,10 +30,10 @@ enum ExitCode : int {
 /// terminal.
 std::string shown(std::string_view text);
 
-/// From now on nothing is printed of progress and notices, nor, with `results`, of what `print` and
-/// `printTable` print. Errors, losses and JSON remain.
+/// Turns off progress and notices and, with `results`, what `print` and `printTable` print. Errors,
+/// losses and JSON are still printed.
 void beQuiet(bool results);
-/// The same of results alone.
+/// Turns off what `print` and `printTable` print, alone.
 void hideResults();
 
 /// Prints to standard output; a failure is kept for printError.
@@ -56,7 +56,7 @@ int printError();
 /// Shortens a message that repeats pages of its input.
 void say(const std::string& message);
 
-/// The same without "t4d: " and the line break.
+/// Prints the text to standard error as `shown`, without "t4d: " and a line break.
 void sayAsIs(const std::string& text);
 
 /// Prints what is wrong with the options and returns kUsage.

@@ -936,13 +936,13 @@ TEST_F(Program, JoinsTheHalvesThatTwoProcessesSweep) {
     ASSERT_EQ(run(std::string("slice joined.t4d -o joined.ply --time ") + time).exitCode, 0);
     EXPECT_EQ(contents(folder_ / "whole.ply"), contents(folder_ / "joined.ply"));
   }
-  // The same through a pipe, and through one with a name.
+  // A pipe, with or without a name, gives the results of the file.
   EXPECT_EQ(run("validate - --json < joined.t4d").value(), whole);
   ASSERT_EQ(shell("mkfifo pipe && (cat joined.t4d > pipe &) && $t4d validate pipe > /dev/null"), 0);
   json info = run("info joined.t4d --slabs --json").value();
   EXPECT_EQ(run("info - --slabs --json < joined.t4d").value(), info);
 
-  // The same without copying: a file in parts, which every verb reads.
+  // A manifest joins without copying: it is a file in parts, which every verb reads.
   const Finished named = run("join a.t4d b.t4d --manifest -o parts.t4dm --json");
   ASSERT_EQ(named.exitCode, 0) << named.err;
   EXPECT_EQ(named.value()["bytes"], fs::file_size(folder_ / "parts.t4dm"));
@@ -994,7 +994,7 @@ TEST_F(Program, JoinsTheHalvesThatTwoProcessesSweep) {
   refuses("join a.t4d b.t4d -o a.t4d", "is the input itself", 2);
   refuses("join -o no.t4d", "name the files to join", 2);
 
-  // The same by two processes into one file.
+  // Two processes join into one file.
   ASSERT_EQ(run("join a.t4d b.t4d --plan -o shared.t4d").exitCode, 0);
   EXPECT_EQ(run("join -o shared.t4d --most-parts").value()["parts"], 2);
   refuses("join a.t4d b.t4d --plan -o shared.t4d", "is planned already", 1);

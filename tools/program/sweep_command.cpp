@@ -81,7 +81,7 @@ std::optional<std::string> misuseOfMechanism(const SweepArguments& options) {
   return std::nullopt;
 }
 
-/// The same for what says how a solid moves.
+/// The error message if the options that give the motion do not fit the kind of sweep.
 std::optional<std::string> misuseOfMotion(const SweepArguments& options, SweepKind kind) {
   if (kind == SweepKind::Mechanism) return misuseOfMechanism(options);
   if (options.ownSteps || !options.geometry.empty()) {

@@ -55,7 +55,7 @@ struct VoxelSeriesOptions {
 
   /// Adds all options except those of addFrameTimes.
   void addTo(CLI::App& command);
-  /// The same for the library; `name` is that of the solid.
+  /// The options for the library; `name` is that of the solid.
   verbs::VoxelSeriesOptions at(std::vector<double> frameTimes, std::string name) const;
 };
 

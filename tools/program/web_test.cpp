@@ -96,7 +96,7 @@ class Web : public testing::Test {
     return run.message;
   }
 
-  /// The same of the torus, with the fault of that name. Messages name the URL.
+  /// Expects the torus, served with the fault of that name, to be refused. Messages name the URL.
   void failsBy(const std::string& fault, const std::string& expected) {
     SCOPED_TRACE(fault);
     const std::string url = server_.url(fault + "/torus.t4d");

@@ -29,7 +29,7 @@ void addHeadFaults(InvalidCases& cases) {
         },
         "HEAD/json", at);
   };
-  /// The same with additional members.
+  /// Adds a case whose HEAD has additional members.
   const auto with = [&](const std::string& name, const std::string& fault,
                         const std::string& members, const std::string& mark = "") {
     add(name, fault, headJson({}, {"simplex"}, members), mark.empty() ? members : mark);

@@ -304,7 +304,7 @@ void addIndexFaults(InvalidCases& cases) {
             : type == 7 ? 8
                         : 6,
             components, 2, same);
-    // The same bytes, as rows of another number of components.
+    // The bytes are kept, but read as rows of another number of components.
     const std::size_t size = model::scalarSize(static_cast<model::ScalarType>(type));
     const std::uint8_t other = components == 1 ? 2 : 1;
     replace(fmt::format("I7-components-of-{}", name),

@@ -162,8 +162,8 @@ struct FourteenCells {
   model::Means means;
 };
 
-/// The same with a mean at the centre of each quadrilateral and each prism, numbered from
-/// `firstMean`.
+/// Cuts each prism into fourteen cells around means at the centre of each quadrilateral and of the
+/// prism, numbered from `firstMean`.
 FourteenCells fourteenCellPrisms(const std::vector<Triangle>& triangles, std::uint32_t firstMean,
                                  std::uint32_t up) {
   FourteenCells step;

@@ -52,7 +52,7 @@ std::string namesOf(const std::vector<Part>& parts) {
   return names;
 }
 
-/// The same trial with a slice as its request.
+/// The trial with its request replaced by a slice.
 Trial sliceInstead(Trial trial, double time) {
   trial.request = sliceRequest(time);
   trial.about = trial.about == "describe"

@@ -188,7 +188,7 @@ TEST_F(ReaderSuite, ReportsInXmlThatHoldsWhateverAReaderSays) {
                              "skipped=\"1\">\n    <testcase classname=\"t4d.cut\" name=\"good\""));
 }
 
-/// The same cases for readers that serve: the script gets `$verb` and `$file` and prints a line.
+/// Runs the cases with a reader that serves: the script gets `$verb` and `$file` and prints a line.
 class ServingSuite : public ReaderSuite {
  protected:
   std::vector<ReaderResult> serve(const std::string& script, SuiteOptions options = {}) {

@@ -80,7 +80,7 @@ struct Collada {
   }
 };
 
-/// The same box and motion as FBX, in units of `centimetres`.
+/// The box and its motion as FBX, in units of `centimetres`.
 InputFile fbx(const std::string& axes, double centimetres) {
   const auto curve = [](int id, const char* values) {
     return fmt::format(

@@ -25,7 +25,7 @@ Result<void> addMotion(const RigidBody& body, int node, double end, const model:
     // Times must increase; keys closer than float32 can tell are one moment.
     if (!times.empty() && time <= times.back()) return;
     Eigen::Quaterniond rotation = key.rotation.normalized();
-    // The same rotation as its opposite, which is the longer way.
+    // Of q and -q, which are the same rotation, take the one closer to the key before.
     if (rotation.dot(before) < 0) rotation.coeffs() = -rotation.coeffs();
     before = rotation;
     times.push_back(time);

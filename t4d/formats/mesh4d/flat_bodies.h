@@ -32,7 +32,8 @@ class FlatBodies {
   Result<void> forVertices(
       const std::function<Result<void>(std::span<const model::Point4>)>& take) const;
 
-  /// The same with the tetrahedra, which refer to the list of all vertices, and their body.
+  /// Calls back with all tetrahedra in order, body by body, at most kMostAtOnce at a time. Their
+  /// indices refer to the list of all vertices.
   Result<void> forCells(
       const std::function<Result<void>(std::size_t body, std::span<const model::Cell>)>& take)
       const;

@@ -132,7 +132,7 @@ inline std::vector<CellBits> cellsOf(const Mesh4d& body) {
   return all;
 }
 
-/// The same of all bodies together.
+/// The cells of all bodies together.
 inline std::vector<CellBits> cellsOf(const std::vector<Mesh4d>& bodies) {
   std::vector<CellBits> all;
   for (const Mesh4d& body : bodies) {

@@ -9,7 +9,7 @@ namespace t4d::formats {
 /// `NAME.ele` has tetrahedra, of which an attribute is the part of Mesh4dBuilder::finish.
 Result<LoadedMesh4d> readTetGen(const InputFile& file);
 
-/// The same of two files in memory.
+/// Reads a TetGen mesh from its two files in memory.
 Result<LoadedMesh4d> readTetGen(const InputFile& nodes, const InputFile& elements);
 
 }  // namespace t4d::formats

@@ -21,7 +21,7 @@ std::vector<system::FileFormat> motionFormats();
 Result<model::Motion> readMotion(const std::filesystem::path& path, std::string* form = nullptr,
                                  const MotionTableOptions& table = {});
 
-/// The same from the text of a JSON file; `name` stands for the file in errors.
+/// Parses the text of a JSON motion file; errors name the file `name`.
 Result<model::Motion> parseMotion(const std::string& text, const std::string& name);
 
 }  // namespace t4d::formats

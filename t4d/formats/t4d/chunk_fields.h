@@ -32,10 +32,10 @@ void putTimes(t4d_layout::PayloadWriter& into, std::uint64_t count, const Vertex
               int level);
 Result<PackedArray> takePositions(t4d_layout::PayloadReader& from,
                                   const t4d_layout::Features& features);
-/// `into` has a vertex for each row; its times are unchanged.
+/// Unpacks all positions; `into` has a vertex for each row. Leaves its times unchanged.
 Result<void> unpackPositions(const PackedArray& array, std::span<model::Point4> into,
                              const t4d_layout::Features& features);
-/// The same for one block of the array.
+/// Unpacks the positions of one block of the array; `into` has a vertex for each of its rows.
 Result<void> unpackPositions(const PackedArray& array, std::size_t block,
                              std::span<model::Point4> into, const t4d_layout::Features& features);
 

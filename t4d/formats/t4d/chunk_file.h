@@ -82,7 +82,7 @@ class ChunkFile {
     std::array<std::byte, t4d_layout::kFileHeaderCopyBytes> bytes{};  ///< as stored, no checksum
   };
   Result<Header> readHeader() const;
-  /// The same from a copy without the checksum.
+  /// Parses a copy of the header, which has no checksum.
   Result<Header> decodeHeader(
       std::span<const std::byte, t4d_layout::kFileHeaderCopyBytes> copy) const;
 
@@ -95,10 +95,10 @@ class ChunkFile {
   /// The footer of a file that ends at `end`, which is at most size().
   Result<Footer> readFooter(std::uint64_t end) const;
 
-  /// From now on a chunk must be one of these, in the order of their offsets: what the index says,
-  /// or what was found before.
+  /// Requires each chunk that is read from now on to be one of these, sorted by offset: those of
+  /// the index, or those found before.
   void expectChunks(std::vector<ChunkHeader> chunks);
-  /// The same file, of which a chunk must be one of these if it is at the place of one of them.
+  /// A copy that also requires a chunk at the offset of one of these to be that chunk.
   ChunkFile withChunks(std::vector<ChunkHeader> chunks) const;
   Result<ChunkHeader> readChunkHeader(std::uint64_t offset) const;
 

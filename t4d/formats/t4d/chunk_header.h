@@ -68,7 +68,7 @@ Result<t4d_layout::PayloadView> payloadOf(const ChunkHeader& header,
 /// Checks the front of a payload against its checksum, and the sizes of blocks in it.
 Result<void> checkFront(const ChunkHeader& header, std::span<const std::byte> front);
 
-/// The same as payloadOf for a payload of which only the front has been read: where the blocks are.
+/// As payloadOf, for a payload of which only the front has been read: finds the blocks.
 Result<t4d_layout::PayloadView> placesOf(const ChunkHeader& header,
                                          std::span<const std::byte> payload);
 /// Checks the checksum and the padding of block `number`.

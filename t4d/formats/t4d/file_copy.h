@@ -54,8 +54,8 @@ struct CopiedFile {
 Result<CopiedFile> readForCopy(const std::filesystem::path& path, CopiedChunks& into,
                                const model::Progress& progress = {});
 
-/// The same of a file that has an index and was checked before: reads nothing but HEAD, DONE and
-/// the index. `sums` stays empty.
+/// Reads only HEAD, DONE and the index, of a file that has an index and was checked before. Leaves
+/// `sums` empty.
 Result<CopiedFile> readIndexForCopy(const std::filesystem::path& path, CopiedChunks& into);
 
 /// An attribute that both files describe, in different ways; nothing if there is none.

@@ -15,7 +15,7 @@ struct Head {
 
 Result<Head> readHead(const ChunkFile& file, std::uint64_t offset = t4d_layout::kFileHeaderBytes);
 
-/// The same from a copy of the chunk's header and of its payload.
+/// Parses HEAD from a copy of the chunk's header and its payload.
 Result<Head> decodeHead(const ChunkFile& file, const ChunkHeader& header, std::string text);
 
 /// File header and HEAD.

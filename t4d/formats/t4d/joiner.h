@@ -24,13 +24,13 @@ Result<std::vector<JoinedPart>> joinedParts(const std::vector<std::filesystem::p
 /// Puts files together that follow one another in time.
 class Joiner {
  public:
-  /// Of copying without parts that a manifest describes, the share that reading them through is.
+  /// The fraction of the work of a join, without a manifest, that is reading the parts.
   static constexpr double kReading = 0.5;
 
-  /// Reads parts through, and checks that they continue each other. Of one that a manifest
-  /// describes only its index is read.
+  /// Reads all parts and checks that each continues the one before. Reads only the index of a part
+  /// that a manifest describes.
   Result<void> addAll(const std::vector<JoinedPart>& parts, const model::Progress& progress);
-  /// The same of one part, which will not be copied.
+  /// Reads and checks one part as addAll does, for a manifest: it will not be copied.
   Result<void> addToName(const JoinedPart& part, const model::Progress& progress);
 
   /// HEAD of all of them, with its metadata.

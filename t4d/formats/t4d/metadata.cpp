@@ -96,7 +96,7 @@ std::optional<model::AttributeMeaning> meaningFrom(const Json& json) {
   return meaning;
 }
 
-/// The same for all of `attributes`, of which there has to be one.
+/// Parses `attributes`, which must have at least one member.
 std::optional<model::AttributeMeanings> meaningsFrom(const Json& json) {
   if (!json.is_object() || json.empty()) return std::nullopt;
   model::AttributeMeanings meanings;

@@ -36,12 +36,12 @@ class TextScanner {
   /// Skips the line break here, after which binary data follow; returns the offset behind it.
   std::size_t skipLineBreak();
 
-  /// Reads the next word of this line as a number: the nearest double, or the exact integer. On
-  /// false, `error()` says what was found and that `what` was expected.
+  /// Reads the next word of this line as a number: the nearest double, or the exact integer.
+  /// Returns false on failure; `error()` then says what was found and that `what` was expected.
   bool number(double& value, const char* what);
   bool integer(std::int64_t& value, const char* what);
 
-  /// The same for a word that has been read.
+  /// Parse a word that has been read, with the errors of `number` and `integer`.
   bool parse(std::string_view word, double& value, const char* what);
   bool parse(std::string_view word, std::int64_t& value, const char* what);
   bool parse(std::string_view word, std::uint64_t& value, const char* what);

@@ -28,7 +28,7 @@ std::string_view digitsOf(std::string_view text) {
   return text.substr(0, std::min(text.find_first_not_of("0123456789"), text.size()));
 }
 
-/// The same of "0100" and "100".
+/// The label without leading zeros: "0100" and "100" are the same label.
 std::string labelOf(std::string_view digits) {
   const auto first = digits.find_first_not_of('0');
   return std::string(first == digits.npos ? "0" : digits.substr(first));

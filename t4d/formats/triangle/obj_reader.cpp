@@ -90,13 +90,13 @@ class ObjReader {
     return number;
   }
 
-  /// Faces belong to the body of this name from now on.
+  /// Assigns the faces that follow to the body of this name.
   void beginBody(std::string_view name) {
     current_.body = numberOf(name.empty() ? "default" : std::string(name), names_, 1);
     beginPart();
   }
 
-  /// Likewise to a material.
+  /// Assigns the faces that follow to the material of this name.
   void beginMaterial(std::string_view name) {
     hasMaterials_ = true;
     current_.material = numberOf(std::string(name), materials_, 0);

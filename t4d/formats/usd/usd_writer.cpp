@@ -195,7 +195,7 @@ Result<void> UsdWriter::addRigid(const RigidBody& body) {
     Eigen::Quaterniond before = Eigen::Quaterniond::Identity();
     for (const RigidBody::Key& key : body.keys) {
       Eigen::Quaterniond rotation = key.rotation.normalized();
-      // The same rotation as its opposite, which is the longer way.
+      // Of q and -q, which are the same rotation, take the one closer to the key before.
       if (rotation.dot(before) < 0) rotation.coeffs() = -rotation.coeffs();
       before = rotation;
       const model::Point3 place = key.translation - state.stage.center();

@@ -104,7 +104,7 @@ void convert(std::string_view bytes, std::endian order, Put put) {
   }
 }
 
-/// The same with numbers of a type that sizeOf knows.
+/// Passes each number of an array to `put`; `type` is a name that sizeOf knows.
 template <class Put>
 void convert(std::string_view type, std::string_view bytes, std::endian order, Put put) {
   if (type == "Float64") {

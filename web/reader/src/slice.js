@@ -107,7 +107,7 @@ export const cutTable = Array.from({ length: 16 }, (_, mask) => {
   const order = evenOrders.find((each) => [...each].slice(0, count).every(isAbove));
   return (cutEdges[count] ?? []).map((edge) => [...edge].map((i) => Number(order[i])));
 });
-// The same without arrays in arrays: the number of corners, then a and b of each.
+// cutTable as one flat array: for each mask the number of corners, then a and b of each.
 const flatTable = new Uint8Array(16 * 9);
 cutTable.forEach((edges, mask) => flatTable.set([edges.length, ...edges.flat()], 9 * mask));
 
