@@ -103,8 +103,7 @@ Result<void> writeManifest(const std::filesystem::path& path, const FramesManife
 Result<std::uint64_t> joinManifests(const std::vector<std::filesystem::path>& parts,
                                     const std::filesystem::path& into);
 
-/// Removes the manifest or the collection of a series that is about to be replaced; that there is
-/// none is no error.
+/// Removes the manifest or the collection, if any, of a series that is about to be replaced.
 Result<void> removeOldManifest(const std::filesystem::path& path);
 
 }  // namespace t4d::convert

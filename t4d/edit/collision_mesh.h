@@ -4,8 +4,8 @@
 
 namespace t4d::edit {
 
-/// An envelope with a reach (EnvelopeOptions) of at most so many triangles, for programs that look
-/// for collisions. It still contains every place within the reach.
+/// An envelope with a reach (EnvelopeOptions) and a limited number of triangles, for collision
+/// checks. It still contains every point within the reach.
 ///
 /// The envelope with a larger reach is reduced (reducedSurface), and the result measured
 /// (measure::EnclosedPlaces): it is taken if it keeps a distance of the reach at least from the

@@ -74,7 +74,7 @@ struct MendSurfaceReport {
 ///    diagonal or a tenth of its shortest edge if that is less.
 ///
 /// A surface without such faults is not changed. All decisions use exact predicates, except for
-/// winding numbers, which have to be near whole numbers. On failure nothing is changed. Fails if
+/// winding numbers, which must be close to integers. On failure nothing is changed. Fails if
 /// the result would exceed the limits or could not be made; the remedy of the error is the option
 /// that helps: Remesh, MaxHole or MaxMove. Attributes are dropped. A build without CGAL does not
 /// look for crossings and flat triangles, and fails if there are holes or nested components.

@@ -40,7 +40,7 @@ inline constexpr std::uint32_t kNoSide = ~std::uint32_t{0};
 /// For each side, the side of the triangle where its surface continues; kNoSide at a boundary.
 /// Where an even number of triangles, more than two, meet at an edge, those with solid between them
 /// are mates if as many traverse the edge in one direction as in the other; otherwise neighbours
-/// around the edge are mates. Of an odd number above two none are mates.
+/// around the edge are mates. Of an odd number above two, none are mates.
 std::vector<std::uint32_t> matesOf(const model::TriangleMesh& mesh, const SurfaceEdges& edges);
 
 /// The closed paths along which the surface is open, each as its vertices in the direction of its

@@ -37,8 +37,8 @@ class OutputFile {
   /// Replaces bytes that were written before. Fails if the target is a pipe.
   Result<void> rewrite(std::uint64_t offset, const void* data, std::size_t size);
 
-  /// Leaves room for so many bytes, which `rewrite`, or another process, writes. Fails if the
-  /// target is a pipe.
+  /// Reserves space for this many bytes, to be written by `rewrite` or by another process. Fails if
+  /// the target is a pipe.
   Result<void> skip(std::uint64_t bytes);
 
   /// Bytes written so far.
@@ -66,7 +66,7 @@ class OutputFile {
   std::vector<std::byte> buffer_;
 };
 
-/// What symbolic links lead to, which need not exist; the target itself if it is none.
+/// Follows symbolic links to their target, which need not exist. Returns any other path unchanged.
 std::filesystem::path followLinks(std::filesystem::path target);
 
 /// Writes a file that has these bytes.

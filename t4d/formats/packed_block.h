@@ -20,7 +20,7 @@ enum class Compressor : std::uint8_t {
 /// "zlib", "LZ4" or "LZMA", for users.
 std::string_view nameOf(Compressor compressor);
 
-/// No block unpacks to more than so many times its size.
+/// The maximum compression ratio: no block unpacks to more than this many times its size.
 std::size_t mostRatio(Compressor compressor);
 
 /// Unpacks exactly `into.size()` bytes; fails if there are more or fewer, or if the data or their

@@ -34,7 +34,8 @@ struct ZipEntry {
   std::string_view bytes;
 };
 
-/// The first file of an archive. Fails on what is no archive, is damaged there, or is compressed.
+/// The first file of an archive. Fails if the file is not an archive, is damaged there, or is
+/// compressed.
 Result<ZipEntry> firstZipEntry(const InputFile& file);
 
 }  // namespace t4d::formats

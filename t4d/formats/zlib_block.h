@@ -9,7 +9,8 @@
 /// Data compressed in one piece, in the zlib format (RFC 1950).
 namespace t4d::formats {
 
-/// No piece unpacks to more than so many times its size: deflate's limit.
+/// The maximum compression ratio of deflate: no piece unpacks to more than this many times its
+/// size.
 inline constexpr std::size_t kMostZlibRatio = 1032;
 
 /// Compresses at most 2 GiB, fast rather than well.

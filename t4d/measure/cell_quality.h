@@ -14,7 +14,7 @@ struct CellQuality {
   double edgeRatio = 0;      ///< longest edge divided by the shortest [1]
   double radiusRatio = 0;    ///< radius of the circumsphere, divided by three inradii [1]
   double smallestAngle = 0;  ///< between two sides, in degrees [70.53]
-  double largestAngle = 0;   ///< likewise [70.53]
+  double largestAngle = 0;   ///< between two sides, in degrees [70.53]
   double height = 0;         ///< the smallest height, divided by the longest edge [0.8165]
 };
 

@@ -41,7 +41,7 @@ class Distribution {
 
   std::uint64_t count() const { return count_; }
   double min() const { return min_; }  ///< exact; 0 without cells
-  double max() const { return max_; }  ///< likewise
+  double max() const { return max_; }  ///< exact; 0 without cells
   /// The value that the given fraction of the cells does not exceed, to 0.2 per cent.
   double quantile(double fraction) const;
   /// How many values lie between consecutive ones of `edges`, which increase; to 0.2 per cent of

@@ -10,9 +10,11 @@ namespace t4d::measure {
 
 /// The distance between two surfaces, in length units.
 struct SurfaceDistance {
-  double fromA = 0;      ///< the largest distance of a point of A from B, at most `tolerance` short
-  double fromB = 0;      ///< the largest distance of a point of B from A, likewise
-  double tolerance = 0;  ///< the true value lies in [fromA, fromA + tolerance]; fromB likewise
+  /// The largest distance of a point of A from B, and of a point of B from A; both may be too small
+  /// by up to `tolerance`.
+  double fromA = 0;
+  double fromB = 0;
+  double tolerance = 0;
 
   /// The Hausdorff distance.
   double hausdorff() const { return std::max(fromA, fromB); }

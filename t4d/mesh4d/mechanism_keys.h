@@ -28,7 +28,7 @@ struct LinkKeys {
 };
 
 /// The layers of the solids of a mechanism: at all times at which a motion changes, and between
-/// them as many as `rule` asks for.
+/// them the number that `rule` requires.
 ///
 /// If `common`, all solids that move have their layers at the same times, so that the 4D meshes of
 /// solids that rest relative to each other do so, too; otherwise each has its own. A solid that

@@ -45,7 +45,7 @@ enum class Remedy : std::uint8_t {
   MaxHole,             ///< allow wider holes to be filled
   MaxMove,             ///< allow the surface to move farther
   Recover,             ///< close the 4D mesh, or merge its vertices
-  FrameFormat,         ///< give frames of another format: the file is none that holds grids
+  FrameFormat,         ///< give frames of another format: the file has no grids
   Units,               ///< convert one of two inputs, or ignore that their units or axes differ
 };
 

@@ -184,7 +184,7 @@ class Source {
 using Progress = std::function<void(double)>;
 
 /// Puts all slabs of `source` into `sink`. They are read one after another and prepared on all
-/// threads. Two slabs are in memory, or as many as the threads need if they are known to be small.
+/// threads. Two slabs are in memory, or one for each thread if they are known to be small.
 Result<void> pump(const Source& source, Sink& sink, const Progress& progress = {});
 
 /// The first and last time; {0, 0} for a source without slabs.

@@ -47,8 +47,8 @@ struct CollidedPair {
   bool mayMeet() const;
   /// The steps that decide what is open, as mesh4d::MinVolumeRatio; nothing if no steps do.
   std::optional<double> decidingVolumeRatio() const;
-  std::optional<std::uint64_t> decidingStepsPerTurn() const;  ///< the same as steps
-  std::optional<double> decidingDeviation() const;            ///< likewise, as mesh4d::MaxDeviation
+  std::optional<std::uint64_t> decidingStepsPerTurn() const;  ///< as steps
+  std::optional<double> decidingDeviation() const;            ///< as mesh4d::MaxDeviation
 };
 
 struct CollideReport {

@@ -34,7 +34,7 @@ struct ComparedMesh {
   std::uint64_t tetrahedra = 0;
   std::uint64_t bytes = 0;                    ///< of the file
   std::optional<double> voxelSize;            ///< if the voxel method made it for this comparison
-  std::optional<std::uint64_t> frames;        ///< likewise
+  std::optional<std::uint64_t> frames;        ///< if the voxel method made it for this comparison
   std::optional<double> seconds;              ///< of construction
   std::optional<std::uint64_t> peakBytes;     ///< peak memory during construction
   double hypervolume = 0;                     ///< enclosed by the mesh

@@ -64,8 +64,8 @@ struct Passage {
   edit::Envelope envelope = {};  ///< empty until it is made
   std::string file = {};         ///< "" if none is written
 
-  /// No place of an envelope that contains the motion is farther than this from it, and of one that
-  /// is simplified no point of the surface; nothing if the motion is not known.
+  /// For an envelope that contains the motion: the maximum distance of its points from the motion,
+  /// or of its surface from it if simplified. Nothing if the motion is not known.
   std::optional<double> outsideBy() const;
   /// Whether an exact envelope takes seconds.
   bool hasFewTriangles() const;
@@ -111,8 +111,8 @@ Result<EnvelopeReport> envelope(Passages passages, const EnvelopeOptions& option
 Result<EnvelopeReport> envelope(const Input& input, const EnvelopeOptions& options = {},
                                 Observer& observer = nobody());
 
-/// The report as JSON (docs/schemas/envelope.schema.json). Of a part, what is of the envelope
-/// is null.
+/// The report as JSON (docs/schemas/envelope.schema.json). For a part, numbers
+/// of the envelope are null.
 std::string jsonOf(const EnvelopeReport& report, std::uint64_t peakBytes);
 
 }  // namespace t4d::verbs

@@ -18,7 +18,8 @@ Result<edit::MendSurfaceReport> mendSolid(model::TriangleMesh& mesh,
                                           const edit::MendSurfaceOptions& options,
                                           const std::string& where, Observer& observer);
 
-/// Mends a surface that is deformed (edit::mendDeformation), likewise.
+/// Mends a surface that is deformed (edit::mendDeformation); `where` is the place of errors that
+/// have none.
 Result<edit::MendSurfaceReport> mendDeformedSolid(model::TriangleMesh& mesh,
                                                   std::unique_ptr<model::VertexKeys>& keys,
                                                   const edit::MendSurfaceOptions& options,

@@ -41,7 +41,7 @@ struct MillOptions {
   double voxelSize = 1;                  ///< in length units
   std::optional<double> tolerance = {};  ///< as mill::MillOptions; nothing: a hundredth of a voxel
   double travel = 0;                     ///< as mill::MillOptions
-  double memory = 4e9;                   ///< likewise
+  double memory = 4e9;                   ///< as mill::MillOptions
   voxel4d::FrameTimes frames = {.count = 60};
   voxel4d::CapStyle caps = voxel4d::CapStyle::Graded;
   T4dFileOptions output = {};

@@ -18,13 +18,13 @@ class Stage {
   Stage& operator=(const Stage&) = delete;
   virtual ~Stage() = default;
 
-  /// Takes the progress of the whole stage, while the stage lasts.
+  /// A callback for the progress of the whole stage; valid while the stage exists.
   virtual model::Progress callback() { return {}; }
-  /// Takes that of the next part of the stage, which has so many of its units.
+  /// A callback for the progress of the next part of the stage, which has this many units.
   virtual model::Progress part(std::uint64_t /*units*/) { return {}; }
 };
 
-/// Sees a verb at work; this one looks at nothing.
+/// Watches a verb at work; this base class ignores everything.
 class Observer {
  public:
   Observer() = default;
@@ -38,7 +38,7 @@ class Observer {
                                        std::string /*units*/ = {}) {
     return std::make_unique<Stage>();
   }
-  /// Something that the user should know, which is no failure and no loss.
+  /// Something that the user should know, neither a failure nor a loss.
   virtual void note(const std::string& /*notice*/) {}
   void noteEach(const std::vector<std::string>& notices) {
     for (const std::string& notice : notices) note(notice);

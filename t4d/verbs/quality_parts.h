@@ -8,7 +8,7 @@
 namespace t4d::verbs {
 
 /// The report of `quality` on all slabs from those on the parts, with the `worst` cells of all of
-/// them. Throws nlohmann::json::exception for what is no such report.
+/// them. Throws nlohmann::json::exception for anything but such reports.
 nlohmann::ordered_json joinedQuality(const std::vector<nlohmann::ordered_json>& reports,
                                      std::uint64_t worst);
 

@@ -54,8 +54,8 @@ struct DeformationSweep {
 struct AnimationSweep {
   std::string file;
   std::string animation = {};            ///< as formats::GltfAnimationOptions
-  std::string scene = {};                ///< likewise
-  std::optional<double> tolerance = {};  ///< likewise, in length units
+  std::string scene = {};                ///< as formats::GltfAnimationOptions
+  std::optional<double> tolerance = {};  ///< as formats::GltfAnimationOptions, in length units
 };
 
 /// A mechanism (.json), or a robot (.urdf) and a table of its joints: a body for each solid.
@@ -124,8 +124,9 @@ struct SweepReport {
   std::optional<double> tolerance = {};  ///< of an animation, in length units
   std::vector<SweptBody> bodies = {};    ///< if they have names: not for one solid alone
   std::vector<model::HalfTurn> halfTurns = {};
-  std::optional<SweepFolds> folds = {};          ///< of anything but a motion
-  std::optional<SweepCrossings> crossings = {};  ///< likewise; nothing if none were searched for
+  /// Of anything but a motion; `crossings` are nothing if they were not searched for.
+  std::optional<SweepFolds> folds = {};
+  std::optional<SweepCrossings> crossings = {};
   std::optional<edit::MendSurfaceReport> mended = {};  ///< of all bodies
   std::uint64_t bytes = 0;                             ///< of the file
   double seconds = 0;                                  ///< with reading and writing

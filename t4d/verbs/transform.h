@@ -31,7 +31,7 @@ struct TransformOptions {
   double timeShift = 0;                            ///< added to the scaled times
 
   std::optional<std::string> lengthUnit = {};  ///< a new name; numbers do not change
-  std::optional<std::string> timeUnit = {};    ///< likewise
+  std::optional<std::string> timeUnit = {};    ///< a new name; numbers do not change
   std::optional<std::string> up = {};          ///< "y" or "z"; the solid does not change
   std::optional<std::string> space =
       {};                      ///< as formats::Metadata::space; the solid does not change

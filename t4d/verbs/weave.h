@@ -17,7 +17,7 @@ struct WeaveOptions {
   voxel4d::Between between = voxel4d::Between::Distance;
   model::Part part = {};        ///< as voxel4d::WeaveOptions::part
   std::string lengthUnit = {};  ///< "" for that of the frames
-  std::string timeUnit = {};    ///< likewise
+  std::string timeUnit = {};    ///< "" for that of the frames
   /// The file to write. Its body is named after the input; of several labels, "label N", where the
   /// name of the options takes the place of "label". Not centred if it is a part.
   T4dFileOptions output = {};

@@ -27,7 +27,7 @@ std::string volumeExtensions();
 /// holds volumes and no .vdb file, and a mesh of a format that is only written.
 Result<FrameKind> frameKindOf(std::span<const std::string> files);
 
-/// How frames are read from files. What is for another kind of frames has no effect.
+/// How frames are read from files. Options for another kind of frames have no effect.
 struct FrameReading {
   /// How volumes are read, but for `label`, `region` and `web`. Its times are for all kinds of
   /// frames (the start of .vdb files needs the time between frames), its `iso` for .vdb files, too.

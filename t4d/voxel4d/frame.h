@@ -151,9 +151,9 @@ class FrameSource {
   virtual std::string nameOf(std::size_t index) const;
   /// Whether nothing says how long it is from frame to frame, so that they are taken as 1 apart.
   virtual bool isOneApart() const { return false; }
-  /// What is to be said of the frames once all have been requested; "" for nothing.
+  /// A notice on the frames once all have been requested; "" for none.
   virtual std::string notice() const { return {}; }
-  /// Only some frames in a row will be requested: that nothing is inside in them is no error.
+  /// Announces that only some consecutive frames will be requested: they may be empty.
   virtual void readsPart() {}
   /// Called once for each frame, or for some in a row (readsPart), in order.
   virtual Result<Frame> frame(std::size_t index) = 0;

@@ -16,8 +16,8 @@ namespace t4d::voxel4d {
 /// The maximum number of frames of a series.
 inline constexpr std::size_t kMaxFrames = 1'000'000;
 
-/// The times of frames: `count` of them evenly spaced; or one every `step` from the first time on,
-/// as many as fit, or the first `count` of these.
+/// The times of frames: `count` evenly spaced ones; or one every `step` from the first time, to the
+/// last time or for `count` frames.
 struct FrameTimes {
   std::optional<std::uint64_t> count = {};
   std::optional<double> step = {};

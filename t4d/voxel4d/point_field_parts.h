@@ -18,7 +18,7 @@ struct JoinedField {
 /// Joins the parts of a field (PointField::part), in any order, to the file that writePointField
 /// makes of the whole: the same bytes. Takes the memory of the leaf nodes of the whole field.
 ///
-/// Fails if a file is no part of a field or is damaged, which its UUID tells for every byte; if the
+/// Fails if a file is not part of a field, or is damaged (its UUID covers every byte); if the
 /// parts are of different fields, lattices or runs, or one is missing or given twice.
 Result<JoinedField> joinPointFields(std::span<const std::filesystem::path> parts,
                                     const std::filesystem::path& path);

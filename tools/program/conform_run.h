@@ -64,7 +64,8 @@ void disableCoreDumps();
 int reportNoRun(const Error& error);
 
 /// Writes and prints what the options ask for. `tested` and `program` are as in reportJson; `text`
-/// returns the report for a terminal with at most so many failed cases. Returns the exit code.
+/// returns the report for a terminal with at most the given number of failed cases. Returns the
+/// exit code.
 int reportRun(const std::string& tested, const std::string& program,
               const ConformArguments& arguments,
               const std::vector<conformance::CaseReport>& reports,

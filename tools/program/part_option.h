@@ -27,8 +27,8 @@ class PartOption {
   /// Whether either option is given.
   bool isAsked() const { return part_ || most_; }
 
-  /// With --most-parts, prints `most` and returns the exit code; likewise says what is wrong with
-  /// more parts than that, which is the number of `things`, such as "steps".
+  /// With --most-parts, prints `most` and returns the exit code. If --part asks for more parts than
+  /// `most`, the number of `things` (such as "steps"), prints that and returns the exit code.
   std::optional<int> settle(std::uint64_t most, std::string_view things) const;
 
   /// The member `part` of a report, for `t4d join`: which part it is of which run. `input` says

@@ -25,8 +25,8 @@ class MovingShape {
   virtual double accelerationBound(double begin, double end) const = 0;
 };
 
-/// Divides the time between the keys of a body such that slices are within a tolerance of it. This
-/// is proved and not sampled: of a function with a second derivative of at most a, the chord over a
+/// Divides the time between the keys of a body so that slices are within a tolerance of it. This
+/// is proved, not sampled: of a function with a second derivative of at most a, the chord over a
 /// time h is at most h^2 a / 8 away, and model::edgeDeviation bounds what slices are off their
 /// vertices.
 class KeyDivider {

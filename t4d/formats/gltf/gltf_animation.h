@@ -56,8 +56,8 @@ std::vector<system::FileFormat> animatedGltfFormats();
 /// meshes deformed by skins and morph targets. All instances of a node (EXT_mesh_gpu_instancing)
 /// are one body, as all primitives of a mesh are.
 ///
-/// Layers are at all keys that move a body, and between them such that slices are within the
-/// tolerance. This is proved and not sampled: of a function with a second derivative of at most a,
+/// Layers are at all keys that move a body, and between them so that slices are within the
+/// tolerance. This is proved, not sampled: of a function with a second derivative of at most a,
 /// the chord over a time h is at most h^2 a / 8 away, and a is bounded from the control points of
 /// the curves, along the chain of nodes by Leibniz's rule; model::edgeDeviation of the layers
 /// bounds what slices are off their vertices.

@@ -54,7 +54,7 @@ class GltfGeometry {
   MeshBuilder builder_;
 };
 
-/// So many copies of a mesh.
+/// A number of copies of a mesh.
 struct GltfCopies {
   int mesh;
   std::size_t count;

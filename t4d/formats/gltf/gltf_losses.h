@@ -20,8 +20,8 @@ struct GltfUse {
 };
 
 /// A sentence for each thing that a glTF document holds and a triangle mesh does not: geometry
-/// first (animation, skins, morph targets, ...), then one for all that only concerns its look. What
-/// concerns no used node or mesh is not named, but for meshes and scenes that are left out.
+/// first (animation, skins, morph targets, ...), then one for all that only concerns its look. Only
+/// what concerns a used node or mesh is named, and meshes and scenes that are left out.
 std::vector<std::string> gltfLosses(const tinygltf::Model& model, const GltfUse& used);
 
 }  // namespace t4d::formats

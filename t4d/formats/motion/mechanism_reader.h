@@ -46,8 +46,8 @@ Result<LoadedMechanism> readMechanism(const InputFile& file);
 /// The most bodies of a mechanism, or links of a robot.
 inline constexpr std::size_t kMostLinks = 4096;
 
-/// Reads the mesh of a solid, and keeps what is to be said of it. COLLADA is read in metres and its
-/// own axes, as RViz does.
+/// Reads the mesh of a solid, and collects its notices. COLLADA is read in metres and in its own
+/// axes, as in RViz.
 Result<model::TriangleMesh> readSolid(const std::filesystem::path& path, MechanismSolid& solid,
                                       LoadedMechanism& into);
 
@@ -57,8 +57,8 @@ std::string noticeOfLimits(const std::string& joint, std::span<const double> tim
                            std::span<const double> values, double lower, double upper,
                            const std::string& unit);
 
-/// The order of `parents`, such that each comes after its parent; kWorld is no parent. Where they
-/// hang on each other, the numbers of one such cycle instead, in `cycle`.
+/// An order in which each link comes after its parent; kWorld is not a parent. If the parents form
+/// a cycle, `cycle` gets the numbers of the links in one.
 std::vector<std::size_t> parentsFirst(std::span<const std::size_t> parents,
                                       std::vector<std::size_t>& cycle);
 

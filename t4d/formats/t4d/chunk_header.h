@@ -47,7 +47,7 @@ std::uint32_t checksumOf(const ChunkHeader& header);
 /// Whether the checksum at the end of the stored header is right.
 bool hasRightChecksum(std::span<const std::byte, t4d_layout::kChunkHeaderBytes> bytes);
 
-/// Takes a stored header apart, of which the checksum is not looked at; checks nothing.
+/// Decodes a stored header without checking anything, including its checksum.
 ChunkHeader decodeChunkHeader(std::span<const std::byte, t4d_layout::kDirectoryEntryBytes> bytes,
                               std::uint64_t offset);
 

@@ -89,7 +89,7 @@ std::vector<BlockRanges> rangesOfBlocks(const model::Connectivity& connectivity)
 /// there is one.
 model::Point4 roundedPoint(const model::Point4& vertex, const ArrayOptions& options);
 
-/// The slab likewise: positions rounded, and means of them.
+/// The slab as it is read back: its positions are rounded, and its means computed from those.
 model::Slab roundedSlab(const model::Slab& slab, const ArrayOptions& options);
 
 /// The bounds of the vertices of each block of cells; empty if there is at most one block.

@@ -21,8 +21,8 @@ class RecordChecker {
   /// Call in file order, with each chunk; and with the record of a slab before its chunk.
   void addChunk(const ChunkHeader& chunk) { window_.add(chunk); }
   Result<void> add(const IndexRecord& record);
-  /// The parts that the next chunk may name, but for upper layers of the last slabs, which the next
-  /// ones may.
+  /// The parts that the next chunk may refer to, except for upper layers of the last slabs, which
+  /// the next slabs may.
   const PartWindow& window() const { return window_; }
   /// Those upper layers.
   std::vector<ChunkHeader> lastUppers() const;

@@ -84,7 +84,7 @@ void putHeaders(t4d_layout::PayloadWriter& into, const Rows<ChunkHeader>& chunks
 Result<std::vector<ChunkHeader>> takeHeaders(t4d_layout::PayloadReader& from,
                                              const t4d_layout::Features& features,
                                              std::uint64_t offset);
-/// What they say of the slabs, but for the place and the size of their chunks.
+/// The records of the slabs, except for the offset and size of their chunks.
 void putSlabs(t4d_layout::PayloadWriter& into, const Rows<IndexRecord>& slabs, int level);
 Result<void> takeSlabs(t4d_layout::PayloadReader& from, std::span<IndexRecord> slabs,
                        const t4d_layout::Features& features);

@@ -31,17 +31,17 @@ struct JoinReport {
 Result<JoinReport> joinT4d(const std::vector<std::filesystem::path>& files,
                            const std::filesystem::path& into, const model::Progress& progress = {});
 
-/// Writes a manifest (.t4dm) of such files, which T4dReader reads as it reads the one that joinT4d
-/// makes of them; checks them likewise, and copies nothing. Each must have an index, and be in the
-/// folder of the manifest or below, or a URL. Parts that another manifest describes are believed to
-/// be what it says, if size and footer fit; only their indices are read. So manifests that many
-/// processes have made of a part each become one in little time.
+/// Writes a manifest (.t4dm) of files, which T4dReader reads like the file that joinT4d makes of
+/// them. Checks the files as joinT4d does, and copies nothing. Each must have an index, and be a
+/// URL or in the folder of the manifest or below. Parts that another manifest describes are trusted
+/// if their size and footer match; only their indices are read. This makes it fast to merge
+/// manifests that many processes wrote for one part each.
 Result<JoinReport> writeManifest(const std::vector<std::filesystem::path>& files,
                                  const std::filesystem::path& into,
                                  const model::Progress& progress = {});
 
 struct Manifest;
-/// What such a manifest says, but for the paths of the parts in it.
+/// The contents of such a manifest, except for the paths of the parts.
 Result<Manifest> describeParts(const std::vector<std::filesystem::path>& files,
                                const model::Progress& progress = {});
 

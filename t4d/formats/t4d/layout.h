@@ -122,13 +122,13 @@ struct PayloadView {
 class PayloadWriter : public ByteWriter {
  public:
   void putBlock(StoredBlock block) { blocks_.push_back(std::move(block)); }
-  /// The fields of another after its own; its blocks likewise.
+  /// Appends the fields and the blocks of another payload.
   void append(PayloadWriter other) {
     putBytes(other.data(), other.size());
     std::ranges::move(other.blocks_, std::back_inserter(blocks_));
   }
   const std::vector<StoredBlock>& blocks() const { return blocks_; }
-  /// Of a payload whose blocks are in memory; valid until the next change.
+  /// A view of the payload, whose blocks must be in memory; valid until the next change.
   PayloadView view() const {
     PayloadView view{bytes(), {}};
     for (const StoredBlock& block : blocks_) view.blocks.push_back(block.bytes());

@@ -27,7 +27,8 @@ struct ManifestPart {
   std::filesystem::path place;  ///< where it is: a path or a URL
   std::uint64_t bytes = 0;
   std::string sha256;  ///< in hexadecimal digits
-  std::string footer;  ///< likewise; it stands for every byte of the part (SPEC.md, "Footer")
+  std::string
+      footer;  ///< in hexadecimal digits; it stands for every byte of the part (SPEC.md, "Footer")
   std::vector<T4dChunks> chunks;
   std::vector<BodyOfPart> bodies;
 

@@ -15,8 +15,8 @@
 
 namespace t4d::formats {
 
-/// Whole numbers that every JSON parser keeps; sums of as many as fit into a manifest do not
-/// overflow.
+/// The maximum count: every JSON parser reads it exactly, and a sum of all counts in a manifest
+/// does not overflow.
 inline constexpr std::uint64_t kMostCount = std::uint64_t{1} << 42;
 
 /// The members of an object, read one after another; the first that is wrong is kept.

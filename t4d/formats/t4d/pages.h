@@ -61,14 +61,14 @@ Result<void> eachPageRun(const ChunkList& chunks, const SlabList& slabs, std::si
                          std::size_t pageSlabs,
                          const std::function<Result<void>(const PageRun& run)>& use);
 
-/// The PAGE of a run, to be at `offset`; and its entry, but for the checksum.
+/// The PAGE of a run, to be written at `offset`, and its entry without the checksum.
 t4d_layout::PayloadWriter encodePage(const PageRun& run, std::uint64_t offset, int level);
 PageEntry entryOf(const PageRun& run, std::uint64_t offset);
 
 t4d_layout::PayloadWriter encodePageList(const PageList& list);
 
 /// The PGIX before the DONE at `done`, whose bodies have these summaries; none if there is none.
-/// Fails if it is damaged, or says something else than DONE.
+/// Fails if it is damaged or contradicts DONE.
 Result<std::optional<PageList>> readPageList(const ChunkFile& file, std::uint64_t done,
                                              const std::vector<BodySummary>& bodies);
 

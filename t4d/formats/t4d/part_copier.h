@@ -17,8 +17,8 @@ namespace t4d::formats {
 
 /// Copies the chunks of files that continue each other into one file, as a single writer would have
 /// stored them: the layer at a seam once, and a connectivity that an earlier part has, too, only
-/// there. Distances that change by this are corrected; all other bytes are copied as they are. Of
-/// chunks only the fronts are looked at, but for connectivities whose checksums are equal.
+/// there. Distances that change by this are corrected; all other bytes are copied as they are. Only
+/// the fronts of chunks are read, except for connectivities whose checksums are equal.
 class PartCopier {
  public:
   /// `anySize`: whether connectivities of more than 4 MiB are looked for, too.

@@ -20,7 +20,7 @@ Result<std::vector<model::Attribute>> joinedAttributes(const model::Connectivity
                                                        const PartAttributes& parts,
                                                        std::uint64_t maxInherited);
 
-/// Checks the vertex attributes of a slab to be written: those of its lower layer, which have to be
+/// Checks the vertex attributes of a slab to be written: those of its lower layer, which must equal
 /// those of the upper layer of the slab before (null for the first slab), and those of means.
 Result<void> checkVertexAttributes(const model::Slab& slab,
                                    const std::vector<model::Attribute>* upperBefore);

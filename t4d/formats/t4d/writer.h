@@ -24,8 +24,8 @@ struct T4dWriteOptions {
   /// Store positions as whole numbers on a grid of this step: at most half of it off on each axis.
   /// Not with float32.
   std::optional<double> step = {};
-  /// Store connectivity, and the reference of posed layers, again after so many slabs, so that
-  /// damage to one copy costs no more than these; at least 2, or 0 for no copies.
+  /// Number of slabs after which connectivity and the reference of posed layers are stored again,
+  /// so that damage to one copy costs no more slabs than this; at least 2, or 0 for no copies.
   std::uint64_t spareEvery = 0;
   /// Slabs in a page of the index, at least 1. A file with eight times as many has pages.
   std::size_t pageSlabs = 2048;

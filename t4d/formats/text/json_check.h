@@ -15,9 +15,9 @@ struct JsonRules {
   std::span<const std::string_view> wholeNumbers = {};
 };
 
-/// Finds what JSON parsers pass over in silence: a key that occurs twice in an object, of which
-/// they keep one. Also checks the rules. Text that is not JSON is left to the parser. `where` of
-/// the error is `name`.
+/// Finds what JSON parsers accept without a word: a key that occurs twice in an object, whose
+/// values but one are lost. Also checks the rules. Text that is not JSON is left to the parser.
+/// `where` of the error is `name`.
 Result<void> checkJson(std::string_view text, const std::string& name, const JsonRules& rules = {});
 
 }  // namespace t4d::formats

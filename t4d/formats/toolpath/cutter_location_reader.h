@@ -21,7 +21,7 @@ namespace t4d::formats {
 /// the file. LOADTL mounts a tool. A line that ends with $ is continued. A turn without a way
 /// takes a second for every 36 degrees.
 ///
-/// Fails, with the line, for all other statements, a tool that is not given, numbers that are none,
+/// Fails, with the line, for all other statements, a tool that is not given, malformed numbers,
 /// an axis of length zero, a move without feed, and what ToolPathBuilder refuses.
 Result<ToolPath> readCutterLocations(const InputFile& file, const ToolPathOptions& options = {});
 Result<ToolPath> readCutterLocations(const std::filesystem::path& path,

@@ -22,7 +22,7 @@ namespace t4d::formats {
 /// stand anywhere.
 ///
 /// Fails, with the line, for all words that are not known, two words of one modal group in a line,
-/// numbers that are none, words that nothing in the line reads, a cutting move without feed or tool
+/// malformed numbers, words that nothing in the line reads, a cutting move without feed or tool
 /// or before the position is known, a program that may never end, and what ToolPathBuilder refuses.
 Result<ToolPath> readGcode(const InputFile& file, const ToolPathOptions& options = {});
 Result<ToolPath> readGcode(const std::filesystem::path& path, const ToolPathOptions& options = {});

@@ -46,7 +46,8 @@ struct ToolPathOptions {
   /// X, Y and Z are always those of the tip in the frame of the stock, as after G43.4.
   bool tipControl = false;
   double reach = 100;  ///< mm; how far from its tip the tool must be right as it turns
-  /// A program that carries out so many lines more than it has is refused: it may never end.
+  /// Maximum number of lines that a program may execute beyond those it has; more are refused, as
+  /// the program may never end.
   std::uint64_t repeatedLines = 5'000'000;
 };
 

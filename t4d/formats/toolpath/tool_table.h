@@ -23,7 +23,7 @@ struct TableTool {
 ///
 /// T is the number, and X, Y and Z are offsets of the length (G43). P, D, I, J, Q and offsets of
 /// other axes are skipped. The remark after a semicolon is kept. Fails, with the line, for other
-/// words, numbers that are none, a line without T and a tool that comes twice.
+/// words, malformed numbers, a line without T and a tool that comes twice.
 Result<std::map<int, TableTool>> readToolTable(const InputFile& file);
 Result<std::map<int, TableTool>> readToolTable(const std::filesystem::path& path);
 

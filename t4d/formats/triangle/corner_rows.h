@@ -22,7 +22,7 @@ struct FileCorners {
 /// the file has row `rowOf[c]` of `rows`. If all corners at a vertex have the same row, byte for
 /// byte, it is an attribute of vertices; otherwise, as with texture coordinates at a seam, one of
 /// triangles, `NAME:corners` (model::kCornersOf). The domain of `rows` is not used. Every row
-/// number has to be in its range, and every vertex in a triangle.
+/// number must be in range, and every vertex in a triangle.
 model::Attribute cornerAttribute(const model::Attribute& rows, std::span<const std::uint32_t> rowOf,
                                  const FileCorners& corners, const model::TriangleMesh& mesh);
 

@@ -110,7 +110,7 @@ struct MeshWriteOptions {
 /// * .glb (binary), .gltf (text, the geometry in it as a data URI): float32, a node and a mesh for
 ///   each mesh that has triangles. Attributes, if asked for, of
 ///   vertices with one to four components, as float32 attributes `_NAME`, and `uv` as `TEXCOORD_0`;
-///   likewise of the triangles' own corners, for which vertices are repeated;
+///   and attributes of the triangles' own corners, for which vertices are repeated;
 /// * .usda (text), .usdz (the same in a package): float32, a Mesh for each mesh. Attributes, if
 ///   asked for, as primvars; a vertex attribute `velocity` as `velocities`.
 ///

@@ -19,14 +19,14 @@ namespace t4d::formats {
 /// body. Text has the samples of an attribute together, while they come frame by frame: so values
 /// go to a scratch file, and `finish` puts them in order. In memory is what an attribute had last.
 ///
-/// A value that stays is written once, or twice where it ends, for what players interpolate. What
-/// has one value only is no animation: a mesh that keeps its triangles has them once.
+/// A value that does not change is written once, and again where it ends if players interpolate it.
+/// A value that never changes is not animated: a mesh that keeps its triangles has them once.
 class UsdStage {
  public:
   enum class Form : std::uint8_t { Text, Package };
 
-  /// Fails on a unit of length or a rate that is not positive and finite, and on extras that are no
-  /// JSON object.
+  /// Fails on a unit of length or a rate that is not positive and finite, and on extras that are
+  /// not a JSON object.
   static Result<UsdStage> create(Form form, double timeCodesPerSecond,
                                  const MeshWriteOptions& options);
 
@@ -38,9 +38,10 @@ class UsdStage {
   /// change, players must not move points to those of others: values are held up to there.
   Result<void> sample(std::size_t body, double timeCode, const NamedMesh& named,
                       const model::Point3& center);
-  /// Whether it is visible; before the first sample of what it looks like, if at all.
+  /// Sets whether the body is visible. The first call, if any, must be before the first sample.
   Result<void> show(std::size_t body, double timeCode, bool visible);
-  /// Where it is, likewise. Players turn the shorter way.
+  /// Sets where the body is. The first call, if any, must be before the first sample. Players
+  /// rotate along the shorter way.
   Result<void> pose(std::size_t body, double timeCode, const Eigen::Quaterniond& rotation,
                     const model::Point3& translation);
   /// The time of the 4D mesh, as an attribute `t4d:time`.

@@ -29,9 +29,9 @@ Result<std::vector<std::string>> writeUsdPackage(OutputFile& file,
                                                  std::span<const NamedMesh> meshes,
                                                  const MeshWriteOptions& options);
 
-/// Writes one animated USD file with a Mesh for each body. Times are time codes, of which there are
-/// `timeCodesPerSecond`: a flipbook has a frame at each whole one. Bodies have time samples of what
-/// changes (UsdStage), and are invisible where they do not exist or have no triangles.
+/// Writes one animated USD file with a Mesh for each body. Times are time codes,
+/// `timeCodesPerSecond` a second: a flipbook has a frame at each integer. Bodies have time samples
+/// of what changes (UsdStage), and are invisible where they do not exist or have no triangles.
 class UsdWriter : public ShapesWriter {
  public:
   /// `samples` are those that a body will have. Fails on another extension, and as UsdStage.

@@ -11,8 +11,8 @@
 
 namespace t4d::formats {
 
-/// Collects the point data and cell data of pieces as attributes. What a piece lacks, or has with
-/// another type, or what cannot be an attribute, is skipped.
+/// Collects the point data and cell data of pieces as attributes. Skips arrays that a piece does
+/// not have or has with another type, and those that cannot be attributes.
 class VtkData {
  public:
   explicit VtkData(VtkFile& vtk) : vtk_(vtk) {}

@@ -45,7 +45,8 @@ inline std::string lowerCase(std::string text) {
   return text;
 }
 
-/// A file with a header, open for reading. Fails for what is no regular file, and for an empty one.
+/// A file with a header, open for reading. Fails unless it is a regular file
+/// with content.
 Result<std::ifstream> openHeader(const std::filesystem::path& path);
 
 Error namesOtherFolder(const std::string& header, std::string_view name);
@@ -63,7 +64,8 @@ inline std::string shown(std::string_view text) {
   return word;
 }
 
-/// The channel that is asked for, of so many; it need not be said of one. Fails if there is none.
+/// The chosen one of `channels` channels, counted from 0. If there is only one, none need be
+/// chosen. Fails if there is no such channel.
 Result<std::uint64_t> chosenChannel(std::uint64_t channels,
                                     const std::optional<std::uint32_t>& channel,
                                     const std::string& where);

@@ -17,7 +17,7 @@ class SampleReader {
 
   /// Fills `into`; fails where the data end.
   virtual Result<void> read(std::span<std::byte> into) = 0;
-  /// Passes over so many bytes.
+  /// Skips this many bytes.
   virtual Result<void> skip(std::uint64_t bytes) = 0;
   /// Fails if there is more, unless there may be, and if the end is damaged.
   virtual Result<void> finish(bool mayHaveMore) = 0;

@@ -27,7 +27,7 @@ struct TiffPage {
 /// A TIFF or BigTIFF, read by libtiff, whose messages become errors of this program.
 class TiffFile {
  public:
-  /// Fails for what is no regular file or no TIFF.
+  /// Fails unless the file is a regular file and a TIFF.
   static Result<TiffFile> open(const std::filesystem::path& path);
 
   const std::string& where() const { return where_; }

@@ -45,9 +45,9 @@ struct VolumeOptions {
   std::optional<std::int64_t> label = {};
   /// Time between two frames; overrides what the file says.
   std::optional<double> frameTime = {};
-  std::optional<double> startTime = {};  ///< of the first frame, likewise
+  std::optional<double> startTime = {};  ///< of the first frame; overrides what the file says
   /// Edge lengths of a voxel, along the axes of the file, and position of the first sample;
-  /// likewise.
+  /// they override what the file says.
   std::optional<std::array<double, 3>> spacing = {};
   std::optional<std::array<double, 3>> origin = {};
   /// What the axes of a .npy array are, as "txyz", or of the pages of a TIFF that does not say it,

@@ -23,7 +23,7 @@ std::string zarrCodecNames();
 Result<std::string> unpackZarrChunk(std::string packed, std::span<const ZarrCodec> codecs,
                                     std::uint64_t bytes);
 
-/// The most bytes that a packed chunk of so many bytes can reasonably have.
+/// The maximum packed size that is plausible for a chunk of this many bytes.
 std::uint64_t mostPackedBytes(std::span<const ZarrCodec> codecs, std::uint64_t bytes);
 
 }  // namespace t4d::voxel4d

@@ -34,10 +34,10 @@ class ZarrStore {
   /// Where files are, if they are in a folder.
   const std::filesystem::path& folder() const { return folder_; }
 
-  /// A file, or nothing if there is none. Fails for what is no regular file, is outside of the
+  /// Reads a file; nothing if it does not exist. Fails if it is not a regular file, is outside the
   /// folder once links are followed, or has more bytes than `most`.
   Result<std::optional<std::string>> read(const std::string& key, std::uint64_t most) const;
-  /// A part of a file, all of which must be there; nothing if there is no file.
+  /// Reads a part of a file, which must contain all of it; nothing if the file does not exist.
   Result<std::optional<std::string>> read(const std::string& key, const ZarrPart& part) const;
 
  private:

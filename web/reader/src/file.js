@@ -19,17 +19,17 @@ import { prepareZstd } from './zstd.js';
  * @property {number} end
  * @property {number} connectivity offset of its CONN
  * @property {number} lower offset of its lower layer, 0 for none
- * @property {number} upper likewise
+ * @property {number} upper offset of its upper layer, 0 for none
  * @property {number} body
  * @property {number} numCells
  * @property {number[]} min x, y, z
  * @property {number[]} max x, y, z
  */
 
-/** Decoded parts are kept up to this many bytes, those that were used last, and slabs up to as many. */
+/** Maximum bytes of decoded parts to keep, and of slabs; the most recently used are kept. */
 const cacheBytes = 256 * 1024 * 1024;
 
-/** So many slabs of a slice across time are asked for at once. */
+/** Number of slabs to request at once for a slice across time. */
 const slabsAhead = 16;
 
 /** Slabs that follow one another are fetched together, up to this size in the file. */

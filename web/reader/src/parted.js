@@ -5,7 +5,7 @@ import { cut, hyperplane } from './slice.js';
 /** Parts that are kept open: their indexes and caches. */
 const mostOpen = 8;
 
-/** So many slabs of a slice across time are asked for at once. */
+/** Number of slabs to request at once for a slice across time. */
 const slabsAhead = 16;
 
 const wrong = (name, message) => new Invalid(0, 'manifest', `${name}: ${message}`);

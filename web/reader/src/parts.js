@@ -412,7 +412,7 @@ const firstNotFinite = (vertices) => Math.floor(vertices.findIndex((value) => !N
  * @param slab of parseSlab()
  * @param conn its CONN, or another part or undefined, which is refused
  * @param lower its lower layer, a LAYR or posed(); undefined where there is none
- * @param upper likewise
+ * @param upper its upper layer, a LAYR or posed(); undefined where there is none
  * @returns {Slab}
  */
 export function assembled(slab, conn, lower, upper) {

@@ -1,13 +1,13 @@
 // Where the bytes of a file come from. A source has
 //   size: number                                 of the file, in bytes
-//   tail: Uint8Array                             the last bytes, as many as it has read at once
+//   tail: Uint8Array                             the last bytes, as far as read when it was opened
 //   read(at, length): Promise<Uint8Array>        fails where they are not all there
 //   name: string
 //   bytesRead, requests: number
 //   beside?(path): Promise<source>               of a file by its path from the folder of this one, or its URL
 import { check } from './invalid.js';
 
-/** The first request is for as many bytes; they hold the index of all but large files. */
+/** Size of the first request; it holds the index of all but large files. */
 const tailBytes = 256 * 1024;
 
 /** Servers that know no ranges send the whole file; up to this size it is taken. */
