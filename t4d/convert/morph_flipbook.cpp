@@ -12,6 +12,7 @@
 #include "t4d/convert/shown_times.h"
 #include "t4d/formats/gltf/gltf_morph_writer.h"
 #include "t4d/formats/usd/usd_writer.h"
+#include "t4d/model/progress.h"
 
 namespace t4d::convert {
 namespace {
@@ -148,11 +149,8 @@ Result<FrameSlicesReport> writeMorphFlipbook(std::span<const model::Body> bodies
     if (shown.size() == 1 && !shown.front().second) continue;
     if (shown.size() == 1) shown.clear();
     MorphSink sink(body, span, (count - 1) / perSecond, std::move(shown), options.paint, **writer);
-    const auto progressOfBody = [&](double done) {
-      if (!progress) return;
-      progress((static_cast<double>(&body - bodies.data()) + done) /
-               static_cast<double>(bodies.size()));
-    };
+    const auto number = static_cast<std::uint64_t>(&body - bodies.data());
+    const model::Progress progressOfBody = model::eachOf(progress, number, bodies.size());
     if (auto done = model::pump(*body.source, sink, progressOfBody); !done) {
       return ofBody(body.name, "does not keep its triangles", done.error());
     }

@@ -10,6 +10,7 @@
 #include "t4d/convert/shown_times.h"
 #include "t4d/formats/gltf/gltf_rigid_writer.h"
 #include "t4d/formats/usd/usd_writer.h"
+#include "t4d/model/progress.h"
 
 namespace t4d::convert {
 namespace {
@@ -196,11 +197,8 @@ Result<FrameSlicesReport> writeRigidFlipbook(std::span<const model::Body> bodies
   report.light = true;
   for (const model::Body& body : bodies) {
     if (body.source->slabCount() == 0) continue;
-    const auto progressOfBody = [&](double done) {
-      if (!progress) return;
-      progress((static_cast<double>(&body - bodies.data()) + done) /
-               static_cast<double>(bodies.size()));
-    };
+    const auto number = static_cast<std::uint64_t>(&body - bodies.data());
+    const model::Progress progressOfBody = model::eachOf(progress, number, bodies.size());
     auto motion = rigidMotionOf(*body.source, progressOfBody);
     if (!motion) {
       return ofBody(body.name, "is not a rigid one whose poses are known", motion.error());

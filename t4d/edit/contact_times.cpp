@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "t4d/measure/collide.h"
+#include "t4d/model/progress.h"
 
 namespace t4d::edit {
 
@@ -11,13 +12,10 @@ Result<std::vector<ContactTime>> contactTimes(std::span<const model::Body> obsta
                                               const model::Progress& progress) {
   std::vector<ContactTime> found;
   for (std::size_t i = 0; i < obstacles.size(); ++i) {
-    const auto part = [&](double fraction) {
-      progress((static_cast<double>(i) + fraction) / static_cast<double>(obstacles.size()));
-    };
     const auto collision = measure::collide(
         *obstacles[i].source, *body.source,
         {.clearance = clearance > 0, .clearanceOverTime = clearance > 0, .overlapVolumes = false},
-        progress ? model::Progress(part) : model::Progress());
+        model::eachOf(progress, i, obstacles.size()));
     if (!collision) return collision.error();
     for (const measure::ContactInterval& contact : collision->intervals) {
       found.push_back({{contact.begin, contact.end},

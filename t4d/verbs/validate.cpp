@@ -16,17 +16,10 @@ namespace {
 template <class OffsetOf>
 void add(Validation& validation, measure::MeshReport report, const formats::Metadata& metadata,
          std::size_t body, OffsetOf offsetOf) {
-  const std::string prefix =
-      metadata.bodies.size() > 1 ? fmt::format("body '{}': ", metadata.bodies[body].name) : "";
   for (measure::Issue& issue : report.issues.issues) {
-    issue.message = prefix + issue.message;
     if (issue.slab) issue.offset = offsetOf(*issue.slab);
-    validation.issues.issues.push_back(std::move(issue));
   }
-  validation.issues.errors += report.issues.errors;
-  validation.issues.warnings += report.issues.warnings;
-  if (!validation.mesh) validation.mesh.emplace();
-  addBody(*validation.mesh, report);
+  addBody(validation, std::move(report), metadata.bodies[body].name, metadata.bodies.size());
 }
 
 /// The result for a file that cannot be read to its end, after `validation` so far.
@@ -78,7 +71,16 @@ measure::Issue damageOf(const Error& error, const std::filesystem::path& file) {
           error.offset};
 }
 
-void addBody(measure::MeshReport& all, const measure::MeshReport& one) {
+void addBody(Validation& validation, measure::MeshReport one, const std::string& name,
+             std::size_t bodies) {
+  for (measure::Issue& issue : one.issues.issues) {
+    if (bodies > 1) issue.message = fmt::format("body '{}': {}", name, issue.message);
+    validation.issues.issues.push_back(std::move(issue));
+  }
+  validation.issues.errors += one.issues.errors;
+  validation.issues.warnings += one.issues.warnings;
+  if (!validation.mesh) validation.mesh.emplace();
+  measure::MeshReport& all = *validation.mesh;
   all.slabs += one.slabs;
   all.vertices += one.vertices;
   all.tetrahedra += one.tetrahedra;

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
 
 #include "t4d/measure/mesh_check.h"
 
@@ -20,8 +21,9 @@ struct Validation {
 /// The finding that a file cannot be read further. It names the place if that is in another file: a
 /// part of this one.
 measure::Issue damageOf(const Error& error, const std::filesystem::path& file);
-/// Merges the report of one body into that of all bodies.
-void addBody(measure::MeshReport& all, const measure::MeshReport& one);
+/// Adds the report on one of `bodies` bodies. If there are several, its findings begin with `name`.
+void addBody(Validation& validation, measure::MeshReport one, const std::string& name,
+             std::size_t bodies);
 
 /// Checks a file against all rules of SPEC.md (as checkT4dFile) and every body as a 4D mesh
 /// (measure::MeshChecker). Keeps two slabs in memory. Problems with the file are findings; only a

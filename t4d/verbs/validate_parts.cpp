@@ -48,19 +48,6 @@ Result<PartOfMesh> check(const model::Source& source, const model::PartRange& ra
   return checker.finishPart();
 }
 
-/// Adds what was found in a body.
-void add(Validation& validation, MeshReport report, const std::string& body, std::size_t bodies) {
-  const std::string prefix = bodies > 1 ? fmt::format("body '{}': ", body) : "";
-  for (Issue& issue : report.issues.issues) {
-    issue.message = prefix + issue.message;
-    validation.issues.issues.push_back(std::move(issue));
-  }
-  validation.issues.errors += report.issues.errors;
-  validation.issues.warnings += report.issues.warnings;
-  if (!validation.mesh) validation.mesh.emplace();
-  addBody(*validation.mesh, report);
-}
-
 ordered_json jsonOf(const Issue& issue) {
   return {{"code", issue.code},
           {"severity", static_cast<int>(issue.severity)},
@@ -227,7 +214,7 @@ Result<PartValidation> validatePart(const std::filesystem::path& path,
 Validation validationOf(const PartValidation& part) {
   Validation validation;
   for (const PartValidation::Body& body : part.bodies) {
-    add(validation, body.part.found, body.name, part.bodies.size());
+    addBody(validation, body.part.found, body.name, part.bodies.size());
   }
   if (part.damage) {
     validation.mesh.reset();
@@ -271,7 +258,7 @@ Result<Validation> joinedValidation(const std::vector<PartValidation>& parts) {
       error.message = fmt::format("DONE: body {}: {}", i, error.message);
       return damaged(damageOf(error, {}));
     }
-    add(validation, std::move(*report), body.name, bodies);
+    addBody(validation, std::move(*report), body.name, bodies);
   }
   return validation;
 }

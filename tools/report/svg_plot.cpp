@@ -211,7 +211,7 @@ std::string svgOf(const Plot& plot) {
           curve.cssClass, left, down, escaped(tip));
     }
     svg += fmt::format("<polyline class=\"curve {}\" points=\"{}\"/>\n", curve.cssClass, corners);
-    if (curve.values.size() <= kMostDots) svg += dots;
+    if (!curve.name.empty() && curve.values.size() <= kMostDots) svg += dots;
   }
   return svg + "</svg>\n";
 }
