@@ -23,22 +23,43 @@ if(T4D_BUILD_TESTS OR "formats" IN_LIST T4D_ENABLED_COMPONENTS)
   find_package(nlohmann_json REQUIRED)
 endif()
 
-# t4d_add_library(<folder> SOURCES ... HEADERS ... [PUBLIC ...] [PRIVATE ...] [BUILD_ONLY ...]
+# The headers that are installed: those that t4d/t4d.h includes, and what they include in turn.
+set(T4D_INSTALLED_HEADERS t4d/t4d.h)
+set(headers ${T4D_INSTALLED_HEADERS})
+while(headers)
+  list(POP_FRONT headers header)
+  set_property(DIRECTORY ${PROJECT_SOURCE_DIR} APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${header})
+  file(STRINGS ${PROJECT_SOURCE_DIR}/${header} lines REGEX "^#include \"t4d/")
+  foreach(line IN LISTS lines)
+    string(REGEX REPLACE ".*\"(.*)\".*" "\\1" included "${line}")
+    if(NOT included IN_LIST T4D_INSTALLED_HEADERS)
+      list(APPEND T4D_INSTALLED_HEADERS ${included})
+      list(APPEND headers ${included})
+    endif()
+  endforeach()
+endwhile()
+
+# t4d_add_library(<folder> SOURCES ... [PUBLIC ...] [PRIVATE ...] [BUILD_ONLY ...]
 #                 [PRECOMPILED <set>] [EACH_ALONE])
 #
-# One static library per folder of t4d/, with the alias t4d::<folder>. HEADERS keep their paths when
-# installed: they are always included as "t4d/<folder>/<name>.h". BUILD_ONLY are header-only
+# One static library per folder of t4d/, with the alias t4d::<folder>. Its headers keep their paths
+# when installed: they are always included as "t4d/<folder>/<name>.h". BUILD_ONLY are header-only
 # libraries that users of the installed package do not need. With EACH_ALONE the sources are not
 # compiled together.
 function(t4d_add_library folder)
-  cmake_parse_arguments(ARG "EACH_ALONE" "PRECOMPILED" "SOURCES;HEADERS;PUBLIC;PRIVATE;BUILD_ONLY" ${ARGN})
+  cmake_parse_arguments(ARG "EACH_ALONE" "PRECOMPILED" "SOURCES;PUBLIC;PRIVATE;BUILD_ONLY" ${ARGN})
   set(target t4d_${folder})
   add_library(${target} STATIC ${ARG_SOURCES})
   add_library(t4d::${folder} ALIAS ${target})
   set(needs ${t4d_${folder}_NEEDS})
   list(TRANSFORM needs PREPEND t4d::)
-  target_sources(${target} PUBLIC
-    FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR} FILES ${ARG_HEADERS})
+  set(headers ${T4D_INSTALLED_HEADERS})
+  list(FILTER headers INCLUDE REGEX "^t4d/${folder}/")
+  if(folder STREQUAL "model")
+    list(APPEND headers t4d/t4d.h)
+  endif()
+  list(TRANSFORM headers PREPEND ${PROJECT_SOURCE_DIR}/)
+  target_sources(${target} PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR} FILES ${headers})
   target_link_libraries(${target} PUBLIC ${needs} ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
   foreach(library IN LISTS ARG_BUILD_ONLY)
     target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:${library}>)
