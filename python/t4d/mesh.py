@@ -6,6 +6,7 @@ import json
 import math
 import operator
 import os
+import weakref
 from typing import (
     Any,
     Callable,
@@ -109,6 +110,7 @@ class Mesh(Unchanging):
     _name: str
     _metadata: Dict[str, str]
     _file: Optional[str]
+    _other_half: Optional[Tuple[int, Any, weakref.ref[Any]]] = None  # of flat(), see _half
     _whole_file: Optional[Tuple[str, Any]] = None  # the file that holds all of the mesh, and its state
 
     def __init__(self) -> None:
@@ -271,12 +273,28 @@ class Mesh(Unchanging):
     @property
     def vertices(self) -> NDArray[np.float64]:
         """(n, 4) float64: those of ``flat()``, which gives both at once."""
-        return self.flat()[0]
+        return self._half(0)
 
     @property
     def cells(self) -> NDArray[np.uint32]:
         """(m, 4) uint32."""
-        return self.flat()[1]
+        return self._half(1)
+
+    def _half(self, which: int) -> Any:
+        # The other half is kept while this one is in use, for who asks for it next.
+        kept, self._other_half = self._other_half, None
+        if kept is not None and kept[0] == which:
+            return kept[1]
+        pair = self.flat()
+        owner = weakref.ref(self)
+
+        def drop(unused: weakref.ref[Any]) -> None:
+            mesh = owner()
+            if mesh is not None and mesh._other_half is not None and mesh._other_half[2] is unused:
+                mesh._other_half = None
+
+        self._other_half = (1 - which, pair[1 - which], weakref.ref(pair[which], drop))
+        return pair[which]
 
     def slice(
         self,

@@ -147,6 +147,12 @@ def test_slabs_join(models):
     assert mesh.layer_times.tolist() == sorted({time for slab in slabs for time in slab.time_span})
     vertices, cells = mesh.flat()
     assert len(cells) == sum(len(slab.cells) for slab in slabs)
+    # The second of the two is kept while the first is in use.
+    again = mesh.vertices
+    assert np.array_equal(again, vertices) and np.array_equal(mesh.cells, cells)
+    assert not np.shares_memory(mesh.vertices, again)
+    del again
+    assert mesh._other_half is None
     corners = vertices[cells]
     assert np.linalg.det(corners).sum() / 24 == pytest.approx(mesh.hypervolume, rel=1e-12)
     assert set(slabs[1].cell_attributes) == {"triangle", "kind"}

@@ -75,6 +75,9 @@ Result<void> checkReach(const model::TriangleMesh& mesh, const model::Motion& mo
 /// For a part, only its slabs are made and counted. Layers where parts meet have no
 /// Slab::upperPose, so that the files of parts can be joined (formats::joinT4d).
 ///
+/// CapMethod::TetGen fills the caps in a process of its own, forked from this one, with limits on
+/// memory and time: TetGen may crash or never end. The child ends before `sweep` returns.
+///
 /// Fails if checkClosedSurface, checkReach, stepsOf, fillSolid or the sink does, and if there are
 /// fewer steps than parts.
 Result<SweepReport> sweep(const model::TriangleMesh& mesh, const model::Motion& motion,

@@ -426,7 +426,8 @@ Result<ProgramRun> runSelf(const std::vector<std::string>& arguments) {
   auto run = runProgram(words, {.captureMessage = false});
   if (run && run->end == ProgramRun::End::Signalled) {
     return fail(ErrorCode::Failed,
-                fmt::format("`t4d {}` was ended by signal {}{}", arguments.front(), run->code,
+                fmt::format("`{} {}` was ended by signal {}{}", program_invocation_short_name,
+                            arguments.front(), run->code,
                             run->code == SIGKILL ? " (out of memory?)" : ""));
   }
   return run;
