@@ -1,11 +1,8 @@
-
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "t4d/formats/triangle/triangle_mesh_formats.h"
-#include "t4d/system/stopwatch.h"
+#include "t4d/verbs/mend.h"
 #include "t4d/verbs/mending.h"
-#include "t4d/verbs/solid_input.h"
 #include "tools/program/bodies_option.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
@@ -24,51 +21,28 @@ struct MendArguments {
   bool json = false;
 };
 
-int run(const MendArguments& options) {
-  if (const auto misuse = misuseOfOutput(options.output, {&options.input, 1})) {
-    return wrongUsage(*misuse);
-  }
-  const system::Stopwatch stopwatch;
-  ConsoleObserver observer;
-  auto loaded = verbs::readSolidInput(
-      {options.input, bodiesBy(options.bodies), options.mending.limits}, observer);
-  if (!loaded) return report(loaded.error());
-  if (const auto misuse = misuseOfOutput(options.output, loaded->otherFiles)) {
-    return wrongUsage(*misuse);
-  }
-  const edit::MendSurfaceReport& mended = *loaded->mended;
-  std::uint64_t vertices = 0;
-  std::uint64_t triangles = 0;
-  for (const formats::NamedMesh& body : loaded->bodies) {
-    vertices += body.mesh.vertices.size();
-    triangles += body.mesh.triangles.size();
-  }
-  auto lost = [&] {
-    const ProgressBar bar("writing " + options.output);
-    return formats::writeTriangleMeshes(options.output, loaded->bodies);
-  }();
-  if (!lost) return report(lost.error());
+void printReport(const verbs::MendReport& report, const MendArguments& options) {
+  const edit::MendSurfaceReport& mended = report.mended;
+  print("{}: {}, {}, {}{}\n", options.output, counted(report.vertices, "vertex", "vertices"),
+        counted(report.triangles, "triangle"), counted(mended.components, "component"),
+        options.bodies.empty() ? "" : ", " + counted(report.bodies, "body", "bodies"));
+  for (const edit::SurfaceChange& change : mended.changes) print("  {}\n", change.text);
+  if (mended.changes.empty()) print("  nothing to mend\n");
+  print("  {}\n", verbs::measuresOf(mended));
+  print("  {:.2f} s, peak memory {}\n", report.seconds, sizeText(peakBytes()));
+}
 
-  const double seconds = stopwatch.seconds();
+int run(const MendArguments& options) {
+  ConsoleObserver observer;
+  const auto done = verbs::mend(
+      {options.input, bodiesBy(options.bodies), options.mending.limits, options.output}, observer);
+  if (!done) return report(done.error());
   if (options.json) {
-    auto result = verbs::mendJson(mended);
-    result["vertices"] = vertices;
-    result["triangles"] = triangles;
-    result["seconds"] = seconds;
-    result["peak_bytes"] = peakBytes();
-    printJson(result);
+    tools::printText(jsonOf(*done, peakBytes()) + "\n");
   } else {
-    print("{}: {}, {}, {}{}\n", options.output, counted(vertices, "vertex", "vertices"),
-          counted(triangles, "triangle"), counted(mended.components, "component"),
-          options.bodies.empty() ? "" : ", " + counted(loaded->bodies.size(), "body", "bodies"));
-    for (const edit::SurfaceChange& change : mended.changes) print("  {}\n", change.text);
-    if (mended.changes.empty()) print("  nothing to mend\n");
-    print("  {}\n", verbs::measuresOf(mended));
-    print("  {:.2f} s, peak memory {}\n", seconds, sizeText(peakBytes()));
+    printReport(*done, options);
   }
-  std::vector<std::string> losses = std::move(loaded->losses);
-  losses.insert(losses.end(), lost->begin(), lost->end());
-  return reportLosses(losses);
+  return reportLosses(done->losses);
 }
 
 }  // namespace

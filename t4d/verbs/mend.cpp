@@ -1,0 +1,53 @@
+#include "t4d/verbs/mend.h"
+
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "t4d/formats/triangle/triangle_mesh_writer.h"
+#include "t4d/system/stopwatch.h"
+#include "t4d/verbs/json_text.h"
+#include "t4d/verbs/mending.h"
+#include "t4d/verbs/output_check.h"
+#include "t4d/verbs/solid_input.h"
+
+namespace t4d::verbs {
+
+Result<MendReport> mend(const MendOptions& options, Observer& observer) {
+  if (const auto misuse = misuseOfOutput(options.output, {&options.input, 1})) {
+    return fail(ErrorCode::Options, *misuse);
+  }
+  const system::Stopwatch stopwatch;
+  auto loaded = readSolidInput({options.input, options.bodies, options.limits}, observer);
+  if (!loaded) return loaded.error();
+  if (const auto misuse = misuseOfOutput(options.output, loaded->otherFiles)) {
+    return fail(ErrorCode::Options, *misuse);
+  }
+  MendReport report;
+  report.mended = std::move(*loaded->mended);
+  report.bodies = loaded->bodies.size();
+  for (const formats::NamedMesh& body : loaded->bodies) {
+    report.vertices += body.mesh.vertices.size();
+    report.triangles += body.mesh.triangles.size();
+  }
+  report.losses = std::move(loaded->losses);
+  const auto lost = [&] {
+    const auto stage = observer.stage("writing " + options.output);
+    return formats::writeTriangleMeshes(options.output, loaded->bodies);
+  }();
+  if (!lost) return lost.error();
+  report.losses.insert(report.losses.end(), lost->begin(), lost->end());
+  report.seconds = stopwatch.seconds();
+  return report;
+}
+
+std::string jsonOf(const MendReport& report, std::uint64_t peakBytes) {
+  auto result = mendJson(report.mended);
+  result["vertices"] = report.vertices;
+  result["triangles"] = report.triangles;
+  result["seconds"] = report.seconds;
+  result["peak_bytes"] = peakBytes;
+  return jsonText(result);
+}
+
+}  // namespace t4d::verbs
