@@ -3,8 +3,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/formats/t4d/reader.h"
-#include "t4d/formats/t4d/stream.h"
+#include "t4d/verbs/info.h"
 #include "t4d/verbs/origin.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
@@ -14,8 +13,6 @@ namespace t4d::tools {
 namespace {
 
 using nlohmann::ordered_json;
-
-ordered_json triple(const model::Point3& point) { return {point.x(), point.y(), point.z()}; }
 
 /// For a file made by `t4d recover`: its source and what is missing; otherwise empty.
 std::string recoveredText(const std::string& detailsJson) {
@@ -39,40 +36,9 @@ std::string recoveredText(const std::string& detailsJson) {
   }
 }
 
-/// What the slabs of each body contain.
-using SlabLists = std::vector<std::vector<formats::T4dSlab>>;
-
-Result<SlabLists> slabsOf(const formats::T4dReader& reader) {
-  SlabLists slabs(reader.bodyCount());
-  for (std::size_t body = 0; body < slabs.size(); ++body) {
-    for (std::size_t i = 0; i < reader.body(body).slabCount(); ++i) {
-      auto slab = reader.slabContents(body, i);
-      if (!slab) return slab.error();
-      slabs[body].push_back(*slab);
-    }
-  }
-  return slabs;
-}
-
-/// Reads the stream to its end.
-Result<SlabLists> slabsOf(formats::T4dStream& stream) {
-  SlabLists slabs(stream.bodyCount());
-  while (true) {
-    const auto item = stream.next();
-    if (!item) return item.error();
-    if (!*item) return slabs;
-    const model::Slab& slab = *(*item)->slab;
-    formats::T4dSlab contents = {
-        {slab.timeBegin, slab.timeEnd}, slab.connectivity->cells.size(), {}};
-    for (const model::Point4& vertex : slab.vertices) contents.bounds.add(vertex.head<3>());
-    slabs[(*item)->body].push_back(contents);
-  }
-}
-
-template <class File>
-void printChunks(const File& reader) {
+void printChunks(const verbs::InfoReport& report) {
   std::vector<std::vector<std::string>> rows = {{"  chunks", "number", "size"}};
-  for (const formats::T4dChunks& chunks : reader.chunks()) {
+  for (const formats::T4dChunks& chunks : report.chunks) {
     rows.push_back({"  " + chunks.type, grouped(chunks.count), sizeText(chunks.bytes)});
   }
   printTable(rows, "lr");
@@ -96,71 +62,12 @@ void printSlabs(const std::string& body, const std::vector<formats::T4dSlab>& sl
   printTable(rows, "lr");
 }
 
-/// Prints what a reader, or a stream that has ended, tells.
-template <class File>
-void printInfo(const File& reader, const SlabLists& slabs, bool json) {
-  const formats::Metadata& metadata = reader.metadata();
-  formats::BodySummary all = reader.summary(0);
-  for (std::size_t i = 1; i < reader.bodyCount(); ++i) {
-    const formats::BodySummary& body = reader.summary(i);
-    all.slabs += body.slabs;
-    all.vertices += body.vertices;
-    all.tetrahedra += body.tetrahedra;
-    all.time = {std::min(all.time.begin, body.time.begin), std::max(all.time.end, body.time.end)};
-    if (body.vertices > 0) all.bounds.add(body.bounds);
-  }
-  const std::string version = fmt::format("{}.{}", reader.version().major, reader.version().minor);
-  if (json) {
-    ordered_json value = {{"format_version", version},
-                          {"generator", metadata.generator},
-                          {"backend", metadata.backend},
-                          {"slabs", all.slabs},
-                          {"vertices", all.vertices},
-                          {"tetrahedra", all.tetrahedra},
-                          {"time_begin", all.time.begin},
-                          {"time_end", all.time.end},
-                          {"bounds_min", triple(all.bounds.min)},
-                          {"bounds_max", triple(all.bounds.max)},
-                          {"length_unit", metadata.lengthUnit},
-                          {"time_unit", metadata.timeUnit},
-                          {"bytes", reader.fileBytes()},
-                          {"up", metadata.up},
-                          {"space", metadata.space},
-                          {"attributes", ordered_json::object()},
-                          {"indexed", reader.indexed()},
-                          {"details", ordered_json::parse(metadata.detailsJson)}};
-    for (const auto& [name, meaning] : metadata.attributes) {
-      value["attributes"][name] = {{"kind", meaning.kind.empty() ? "scalar" : meaning.kind},
-                                   {"unit", meaning.unit}};
-    }
-    for (const formats::T4dChunks& chunks : reader.chunks()) {
-      value["chunks"].push_back(
-          {{"type", chunks.type}, {"count", chunks.count}, {"bytes", chunks.bytes}});
-    }
-    for (std::size_t i = 0; i < reader.bodyCount(); ++i) {
-      const formats::BodySummary& body = reader.summary(i);
-      value["bodies"].push_back({{"name", metadata.bodies[i].name},
-                                 {"slabs", body.slabs},
-                                 {"vertices", body.vertices},
-                                 {"tetrahedra", body.tetrahedra},
-                                 {"time_begin", body.time.begin},
-                                 {"time_end", body.time.end},
-                                 {"bounds_min", triple(body.bounds.min)},
-                                 {"bounds_max", triple(body.bounds.max)}});
-      if (slabs.empty()) continue;
-      for (const formats::T4dSlab& slab : slabs[i]) {
-        value["bodies"].back()["slab_list"].push_back(
-            {{"begin", slab.time.begin},
-             {"end", slab.time.end},
-             {"cells", slab.cells},
-             {"bounds", {{"min", triple(slab.bounds.min)}, {"max", triple(slab.bounds.max)}}}});
-      }
-    }
-    printJson(value);
-    return;
-  }
+void printReport(const verbs::InfoReport& report) {
+  const formats::Metadata& metadata = report.metadata;
+  const formats::BodySummary all = report.total();
   const auto unit = [](const std::string& name) { return name.empty() ? name : " " + name; };
-  print("{}: .t4d {}, {}, by {}{}\n", reader.name(), version, sizeText(reader.fileBytes()),
+  print("{}: .t4d {}.{}, {}, by {}{}\n", report.name, report.version.major, report.version.minor,
+        sizeText(report.bytes),
         metadata.generator.empty() ? "an unknown program" : metadata.generator,
         metadata.backend.empty() ? "" : " (" + metadata.backend + ")");
   print("  {}, {} in {}\n", counted(all.vertices, "vertex", "vertices"),
@@ -175,8 +82,8 @@ void printInfo(const File& reader, const SlabLists& slabs, bool json) {
     print("  attribute '{}': {}{}\n", name, meaning.kind.empty() ? "scalar" : meaning.kind,
           meaning.unit.empty() ? "" : " in " + meaning.unit);
   }
-  for (std::size_t i = 0; i < reader.bodyCount(); ++i) {
-    const formats::BodySummary& body = reader.summary(i);
+  for (std::size_t i = 0; i < report.bodies.size(); ++i) {
+    const formats::BodySummary& body = report.bodies[i];
     print("  body '{}': {}, time {} to {}\n", metadata.bodies[i].name,
           counted(body.tetrahedra, "tetrahedron", "tetrahedra"), body.time.begin, body.time.end);
   }
@@ -186,26 +93,20 @@ void printInfo(const File& reader, const SlabLists& slabs, bool json) {
   }
   const std::string recovered = recoveredText(metadata.detailsJson);
   if (!recovered.empty()) print("  {}\n", recovered);
-  printChunks(reader);
-  for (std::size_t i = 0; i < slabs.size(); ++i) {
-    printSlabs(metadata.bodies[i].name, slabs[i]);
+  printChunks(report);
+  for (std::size_t i = 0; i < report.slabs.size(); ++i) {
+    printSlabs(metadata.bodies[i].name, report.slabs[i]);
   }
 }
 
-int run(const std::string& path, bool listSlabs, bool json) {
-  if (formats::isPipe(path)) {
-    auto stream = formats::T4dStream::open(path, formats::kAnyCells);
-    if (!stream) return report(stream.error());
-    const auto slabs = slabsOf(*stream);
-    if (!slabs) return report(slabs.error());
-    printInfo(*stream, listSlabs ? *slabs : SlabLists(), json);
-    return kDone;
+int run(const std::string& path, const verbs::InfoOptions& options, bool json) {
+  const auto done = verbs::info(path, options);
+  if (!done) return report(done.error());
+  if (json) {
+    tools::printText(jsonOf(*done) + "\n");
+  } else {
+    printReport(*done);
   }
-  auto reader = formats::T4dReader::open(path, formats::T4dOpen::Whole, {}, formats::kAnyCells);
-  if (!reader) return report(reader.error());
-  const auto slabs = listSlabs ? slabsOf(*reader) : SlabLists();
-  if (!slabs) return report(slabs.error());
-  printInfo(*reader, *slabs, json);
   return kDone;
 }
 
@@ -216,12 +117,12 @@ void addInfo(CLI::App& app, int& exitCode) {
       app.add_subcommand("info", "Print what a .t4d file contains, from its header and index");
   auto path = std::make_shared<std::string>();
   auto json = std::make_shared<bool>(false);
-  auto slabs = std::make_shared<bool>(false);
+  auto options = std::make_shared<verbs::InfoOptions>();
   command->add_option("FILE", *path, std::string(kT4dFileHelp) + kOrPipeHelp)->required();
-  command->add_flag("--slabs", *slabs, "Also list the slabs: times, cells and bounds");
+  command->add_flag("--slabs", options->slabs, "Also list the slabs: times, cells and bounds");
   command->add_flag("--json", *json, "Print JSON");
   command->footer("Example:\n  t4d info bolt.t4d");
-  command->callback([=, &exitCode] { exitCode = run(*path, *slabs, *json); });
+  command->callback([=, &exitCode] { exitCode = run(*path, *options, *json); });
 }
 
 }  // namespace t4d::tools
