@@ -2,39 +2,25 @@
 #include <cstdlib>
 
 #include <fcntl.h>
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
 #include <spawn.h>
 #include <unistd.h>
 
-#include "t4d/formats/file_extension.h"
-#include "t4d/formats/output_file.h"
-#include "t4d/formats/t4d/join.h"
-#include "t4d/formats/t4d/manifest.h"
-#include "t4d/formats/t4d/url.h"
-#include "t4d/system/temporary_folder.h"
+#include "t4d/verbs/view.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
+#include "tools/program/console_observer.h"
 #include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
-#include "tools/viewer/viewer_page.h"
+#include "tools/viewer/page_text.h"
 #include "tools/viewer/viewer_server.h"
 
 namespace t4d::tools {
 namespace {
 
-namespace fs = std::filesystem;
-using nlohmann::ordered_json;
-
-/// Browsers take pages of this size; a folder has no limit.
-constexpr std::uint64_t kMostInPage = std::uint64_t{64} << 20;
-
 struct ViewArguments {
-  std::vector<std::string> inputs;
-  std::optional<std::uint64_t> maxCells;
+  verbs::ViewOptions view;
   int port = 0;
   bool noOpen = false;
-  std::string output;
   bool json = false;
 };
 
@@ -59,16 +45,19 @@ void openBrowser(const std::string& url) {
   posix_spawn_file_actions_destroy(&files);
 }
 
-ordered_json namesOf(std::span<const ShownFile> files) {
-  ordered_json names = ordered_json::array();
-  for (const ShownFile& file : files) names.push_back(file.name);
-  return names;
-}
-
-int serve(const ViewArguments& options, std::span<const ShownFile> files) {
-  const auto served = serveViewer(files, options.port, [&](const std::string& url) {
+int serve(const ViewArguments& options) {
+  ConsoleObserver observer;
+  const auto viewed = verbs::viewedFiles(options.view, observer);
+  if (!viewed) return report(viewed.error());
+  const auto page = verbs::viewerPage(options.view.viewer, viewed->files);
+  if (!page) return report(page.error());
+  std::vector<ServedFile> files;
+  for (const verbs::ShownFile& file : viewed->files) {
+    if (file.url.empty()) files.push_back({file.name, file.path});
+  }
+  const auto served = serveViewer(*page, files, options.port, [&](const std::string& url) {
     if (options.json) {
-      printJson({{"url", url}, {"files", namesOf(files)}, {"output", nullptr}, {"bytes", nullptr}});
+      tools::printText(jsonOf(verbs::ViewReport{.url = url, .files = viewed->names()}) + "\n");
     } else {
       print("{}\n", url);
       say("serving until Ctrl-C");
@@ -81,105 +70,29 @@ int serve(const ViewArguments& options, std::span<const ShownFile> files) {
   return kDone;
 }
 
-/// Whether one page is to be written, and not a folder.
-bool isPage(const std::string& output) {
-  const std::string extension = formats::lowerCaseExtension(output);
-  return output == "-" || extension == ".html" || extension == ".htm";
-}
-
-/// The error message if this must not become a folder with the files.
-std::optional<std::string> misuseOfFolder(const std::string& folder,
-                                          std::span<const ShownFile> files) {
-  std::error_code ignored;
-  if (fs::exists(folder, ignored) && !fs::is_directory(folder, ignored)) {
-    return fmt::format("{} is a file; name a page that ends in .html, or a folder", folder);
+int write(const ViewArguments& options) {
+  ConsoleObserver observer;
+  const auto done = verbs::view(options.view, observer);
+  if (!done) return report(done.error());
+  if (options.json) {
+    tools::printText(jsonOf(*done) + "\n");
+    return kDone;
   }
-  const auto checked = checkSite(folder, files);
-  return checked ? std::nullopt : std::optional(checked.error().text());
+  print("{}: {}{}\n", done->output, sizeText(*done->bytes),
+        verbs::isOnePage(done->output) ? "; open it in a browser"
+                                       : "; put the folder on any web server with ranges");
+  return kDone;
 }
 
-/// The inputs as the viewer reads them: a file in parts is joined, into `folder`, which is made for
-/// it.
-Result<std::vector<std::string>> joinedInputs(const std::vector<std::string>& inputs,
-                                              std::optional<system::TemporaryFolder>& folder) {
-  std::vector<std::string> whole = inputs;
-  for (std::size_t i = 0; i < inputs.size(); ++i) {
-    if (!formats::isManifest(inputs[i])) continue;
-    if (!folder) {
-      auto made = system::TemporaryFolder::create();
-      if (!made) return made.error();
-      folder.emplace(std::move(*made));
-    }
-    const std::string name = fs::path(formats::shownName(inputs[i])).stem().string();
-    whole[i] = (folder->path() / fmt::format("{}-{}.t4d", i + 1, name)).string();
-    ProgressBar bar("joining");
-    const auto joined = formats::joinT4d({inputs[i]}, whole[i], bar.callback());
-    if (!joined) return joined.error();
-  }
-  return whole;
-}
-
-Result<std::uint64_t> writePage(const std::string& path, std::span<const ShownFile> files) {
-  const auto page = pageWithFiles(files);
-  if (!page) return page.error();
-  auto out = formats::OutputFile::create(path);
-  if (!out) return out.error();
-  if (auto put = out->write(page->data(), page->size()); !put) return put.error();
-  if (auto done = out->commit(); !done) return done.error();
-  return page->size();
-}
-
-int run(const ViewArguments& options) {
-  if (!options.output.empty()) {
-    if (const auto misuse = misuseOfOutput(options.output, options.inputs)) {
-      return wrongUsage(*misuse);
-    }
-  } else if (!canServe()) {
+int run(ViewArguments& options) {
+  options.view.viewer = pageText();
+  if (!options.view.output.empty()) return write(options);
+  if (!canServe()) {
     return wrongUsage(
         "this t4d was built without the server (cpp-httplib); write the page with -o, or build "
         "with -DT4D_WITH_HTTPLIB=ON");
   }
-  std::optional<system::TemporaryFolder> folder;
-  const auto inputs = joinedInputs(options.inputs, folder);
-  if (!inputs) return report(inputs.error());
-  const std::vector<ShownFile> files = shownFiles(*inputs);
-  const bool writesPage = isPage(options.output);
-  if (!options.output.empty() && !writesPage) {
-    if (const auto misuse = misuseOfFolder(options.output, files)) return wrongUsage(*misuse);
-  }
-  for (const std::string& input : *inputs) {
-    InputOptions all;
-    all.maxCells = options.maxCells;
-    const auto opened = verbs::openInput(input, all);
-    if (!opened) return report(opened.error());
-  }
-  if (options.output.empty()) return serve(options, files);
-
-  if (writesPage) {
-    std::uint64_t total = 0;
-    for (const ShownFile& file : files) {
-      std::error_code ignored;
-      if (file.url.empty()) total += fs::file_size(file.path, ignored);
-    }
-    if (total > kMostInPage) {
-      return wrongUsage(fmt::format(
-          "{} are too much for one page, which holds {} at most; name a folder instead of {}",
-          sizeText(total), sizeText(kMostInPage), options.output));
-    }
-  }
-  const auto bytes =
-      writesPage ? writePage(options.output, files) : writeSite(options.output, files);
-  if (!bytes) return report(bytes.error());
-  if (options.json) {
-    printJson({{"url", nullptr},
-               {"files", namesOf(files)},
-               {"output", options.output},
-               {"bytes", *bytes}});
-    return kDone;
-  }
-  print("{}: {}{}\n", options.output, sizeText(*bytes),
-        writesPage ? "; open it in a browser" : "; put the folder on any web server with ranges");
-  return kDone;
+  return serve(options);
 }
 
 }  // namespace
@@ -188,7 +101,7 @@ void addView(CLI::App& app, int& exitCode) {
   auto* command = app.add_subcommand("view", "Show a 4D mesh in a browser");
   auto options = std::make_shared<ViewArguments>();
   command
-      ->add_option("FILES", options->inputs,
+      ->add_option("FILES", options->view.inputs,
                    "Input file (.t4d, .t4dm), or two to show side by side: paths or URLs")
       ->required()
       ->expected(1, 2);
@@ -198,10 +111,10 @@ void addView(CLI::App& app, int& exitCode) {
       ->check(wholeNumber(1, 65535));
   command->add_flag("--no-open", options->noOpen, "Do not open a browser");
   command
-      ->add_option("-o,--output", options->output,
+      ->add_option("-o,--output", options->view.output,
                    "Write a folder, or one .html page, instead of serving; - for standard output")
       ->check(someName());
-  addMaxCellsOption(*command, options->maxCells);
+  addMaxCellsOption(*command, options->view.maxCells);
   command->add_flag("--json", options->json, "Print JSON");
   command->footer("Example:\n  t4d view bolt.t4d\n  t4d view bolt.t4d -o bolt.html");
   command->callback([=, &exitCode] { exitCode = run(*options); });

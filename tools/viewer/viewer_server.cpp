@@ -23,7 +23,7 @@ namespace {
 /// A file that is served, open all the time: one that takes its name later is another.
 class OpenFile {
  public:
-  static Result<OpenFile> open(const ShownFile& shown) {
+  static Result<OpenFile> open(const ServedFile& shown) {
     OpenFile file;
     file.descriptor_ = ::open(shown.path.c_str(), O_RDONLY | O_CLOEXEC);
     struct stat status {};
@@ -187,7 +187,7 @@ void refuseRange(const httplib::Request& request, httplib::Response& response, s
 
 bool canServe() { return true; }
 
-Result<void> serveViewer(std::span<const ShownFile> files, int port,
+Result<void> serveViewer(const std::string& page, std::span<const ServedFile> files, int port,
                          const std::function<void(const std::string& url)>& onReady) {
   Server server;
   // Not SO_REUSEPORT, httplib's default: two servers would then share a port.
@@ -199,10 +199,8 @@ Result<void> serveViewer(std::span<const ShownFile> files, int port,
   });
   server.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
   server.set_payload_max_length(kMostBodyBytes);
-  const std::string page = viewerPage(files);
   std::vector<std::pair<std::string, OpenFile>> opened;
-  for (const ShownFile& file : files) {
-    if (!file.url.empty()) continue;
+  for (const ServedFile& file : files) {
     auto one = OpenFile::open(file);
     if (!one) return one.error();
     opened.emplace_back("/" + file.name, std::move(*one));
@@ -271,7 +269,7 @@ namespace t4d::tools {
 
 bool canServe() { return false; }
 
-Result<void> serveViewer(std::span<const ShownFile>, int,
+Result<void> serveViewer(const std::string&, std::span<const ServedFile>, int,
                          const std::function<void(const std::string& url)>&) {
   return fail(ErrorCode::Failed, "built without cpp-httplib, which serves the page");
 }

@@ -1,4 +1,4 @@
-#include "tools/viewer/viewer_page.h"
+#include "t4d/verbs/viewer_page.h"
 
 #include <algorithm>
 #include <fstream>
@@ -15,9 +15,8 @@
 #include "t4d/formats/t4d/url.h"
 #include "t4d/formats/text/base64.h"
 #include "t4d/system/replaceable.h"
-#include "tools/viewer/page_text.h"
 
-namespace t4d::tools {
+namespace t4d::verbs {
 namespace {
 
 namespace fs = std::filesystem;
@@ -39,15 +38,18 @@ std::string addressOf(std::string_view name) {
   return address;
 }
 
-std::string pageWith(const ordered_json& files) {
-  std::string page;
-  for (std::size_t i = 0; i < kPageTextParts; ++i) page += kPageText[i];
+Result<std::string> pageWith(std::string_view viewer, const ordered_json& files) {
+  const std::size_t place = viewer.find(kFilesPlace);
+  if (place == viewer.npos) {
+    return fail(ErrorCode::Options, "the text of the viewer has no place for the files");
+  }
   std::string list = files.dump(-1, ' ', true, ordered_json::error_handler_t::replace);
   // "</script>" in a name must not end the element.
   for (std::size_t at = 0; (at = list.find('<', at)) != std::string::npos;) {
     list.replace(at, 1, "\\u003c");
   }
-  page.replace(page.find(kFilesPlace), kFilesPlace.size(),
+  std::string page(viewer);
+  page.replace(place, kFilesPlace.size(),
                fmt::format("<script type=\"application/json\" id=\"t4d-files\">{}</script>", list));
   return page;
 }
@@ -128,13 +130,13 @@ std::vector<ShownFile> shownFiles(std::span<const std::string> inputs) {
   return files;
 }
 
-std::string viewerPage(std::span<const ShownFile> files) {
+Result<std::string> viewerPage(std::string_view viewer, std::span<const ShownFile> files) {
   ordered_json list = ordered_json::array();
   for (const ShownFile& file : files) list.push_back(addressed(file));
-  return pageWith(list);
+  return pageWith(viewer, list);
 }
 
-Result<std::string> pageWithFiles(std::span<const ShownFile> files) {
+Result<std::string> pageWithFiles(std::string_view viewer, std::span<const ShownFile> files) {
   ordered_json list = ordered_json::array();
   for (const ShownFile& file : files) {
     if (!file.url.empty()) {
@@ -149,7 +151,7 @@ Result<std::string> pageWithFiles(std::span<const ShownFile> files) {
     if (!read) return read.error();
     list.push_back({{"name", file.name}, {"base64", formats::base64(bytes)}});
   }
-  return pageWith(list);
+  return pageWith(viewer, list);
 }
 
 Result<void> checkSite(const fs::path& folder, std::span<const ShownFile> files) {
@@ -165,7 +167,8 @@ Result<void> checkSite(const fs::path& folder, std::span<const ShownFile> files)
   });
 }
 
-Result<std::uint64_t> writeSite(const fs::path& folder, std::span<const ShownFile> files) {
+Result<std::uint64_t> writeSite(std::string_view viewer, const fs::path& folder,
+                                std::span<const ShownFile> files) {
   if (auto good = checkSite(folder, files); !good) return good.error();
   const auto old = copiesOfSite(folder / kIndex).value_or(std::vector<std::string>());
   std::error_code error;
@@ -189,9 +192,10 @@ Result<std::uint64_t> writeSite(const fs::path& folder, std::span<const ShownFil
     if (auto done = copy->commit(); !done) return done.error();
     total += copy->size();
   }
-  const std::string page = viewerPage(listed);
-  if (auto put = formats::writeInFolder(folder, kIndex, page); !put) return put.error();
-  return total + page.size();
+  const auto page = viewerPage(viewer, listed);
+  if (!page) return page.error();
+  if (auto put = formats::writeInFolder(folder, kIndex, *page); !put) return put.error();
+  return total + page->size();
 }
 
-}  // namespace t4d::tools
+}  // namespace t4d::verbs
