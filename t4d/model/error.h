@@ -46,6 +46,7 @@ enum class Remedy : std::uint8_t {
   MaxMove,             ///< allow the surface to move farther
   Recover,             ///< close the 4D mesh, or merge its vertices
   FrameFormat,         ///< give frames of another format: the file has no grids
+  MoreFrames,          ///< give two frames or more, or velocities that need no playback
   Units,               ///< convert one of two inputs, or ignore that their units or axes differ
 };
 

@@ -1,23 +1,16 @@
-#include <filesystem>
-
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
-#include "t4d/convert/flipbook.h"
-#include "t4d/convert/morph_flipbook.h"
-#include "t4d/convert/rigid_flipbook.h"
 #include "t4d/formats/usd/usd_writer.h"
-#include "t4d/verbs/origin.h"
-#include "tools/program/appearance.h"
+#include "t4d/verbs/flipbook.h"
 #include "tools/program/centering.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
+#include "tools/program/console_observer.h"
 #include "tools/program/detail_text.h"
 #include "tools/program/frame_options.h"
-#include "tools/program/gltf_options.h"
 #include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
-#include "tools/program/velocity_options.h"
+#include "tools/program/slice_write_options.h"
 
 namespace t4d::tools {
 namespace {
@@ -27,140 +20,92 @@ constexpr std::uint64_t kMaxFrames = 100'000;
 
 struct FlipbookArguments {
   std::string input;
-  std::string output;
   FrameOptions frames;
   InputOptions only;
-  Appearance appearance;
-  VelocityOptions velocity;
-  GltfOptions gltf;
-  bool visibility = false;
-  bool exact = false;
+  verbs::FlipbookOptions flipbook;
   bool rigid = false;
   bool morph = false;
-  bool attributes = false;
-  bool center = false;
   bool json = false;
 };
 
-std::string kindText(const FlipbookArguments& options, const convert::FrameSlicesReport& written) {
-  if (!options.rigid && !options.morph) return detailText(written.light, written.distance);
-  return fmt::format("{}, within {:.3g} of the exact slices",
-                     options.rigid ? "rigid: one mesh a body and its poses"
-                                   : "morph: one mesh a body and its shapes at the layers",
-                     written.distance);
+verbs::FlipbookKind kindOf(const FlipbookArguments& options) {
+  return options.rigid   ? verbs::FlipbookKind::Rigid
+         : options.morph ? verbs::FlipbookKind::Morph
+                         : verbs::FlipbookKind::Frames;
 }
 
-int run(const FlipbookArguments& options) {
-  if (const auto misuse = misuseOfOutput(options.output, {&options.input, 1})) {
-    return wrongUsage(*misuse);
+std::string kindText(const verbs::FlipbookReport& made) {
+  const double distance = made.written.distance;
+  if (made.kind == verbs::FlipbookKind::Frames) return detailText(made.written.light, distance);
+  return fmt::format("{}, within {:.3g} of the exact slices",
+                     made.kind == verbs::FlipbookKind::Rigid
+                         ? "rigid: one mesh a body and its poses"
+                         : "morph: one mesh a body and its shapes at the layers",
+                     distance);
+}
+
+/// Why these options cannot be.
+std::optional<std::string> misuseOf(const FlipbookArguments& options) {
+  const verbs::FlipbookOptions& how = options.flipbook;
+  const bool byFrames = how.kind == verbs::FlipbookKind::Frames;
+  if (auto misuse = misuseOfOutput(how.output, {&options.input, 1})) return misuse;
+  if (const auto uneven = options.frames.unevenOption(); uneven && !byFrames) {
+    return *uneven + ": --rigid and --morph play a stretch of time evenly; use --times";
   }
-  if (const auto uneven = options.frames.unevenOption();
-      uneven && (options.rigid || options.morph)) {
-    return wrongUsage(*uneven + ": --rigid and --morph play a stretch of time evenly; use --times");
+  if (!byFrames && how.write.color == "time") {
+    return "--color time: a body of --rigid or --morph has one colour";
   }
-  if ((options.rigid || options.morph) && options.appearance.color == "time") {
-    return wrongUsage("--color time: a body of --rigid or --morph has one colour");
+  if (!byFrames && how.write.isColoredBySpeed()) {
+    return "--color speed: a body of --rigid or --morph has one colour";
   }
-  if ((options.rigid || options.morph) && options.appearance.isBySpeed()) {
-    return wrongUsage("--color speed: a body of --rigid or --morph has one colour");
+  if (auto misuse = misuseOfMaxSpeed(how.write)) return misuse;
+  if (auto misuse = misuseOfEncoding(how.write, how.output)) return misuse;
+  if (how.visibility && formats::isUsd(how.output)) {
+    return "--visibility is for glTF; USD shows and hides bodies by their visibility";
   }
-  if (const auto misuse = options.velocity.misuse(options.appearance)) return wrongUsage(*misuse);
-  if (const auto misuse = options.gltf.misuse(options.output)) return wrongUsage(*misuse);
-  if (options.visibility && formats::isUsd(options.output)) {
-    return wrongUsage("--visibility is for glTF; USD shows and hides bodies by their visibility");
+  if (how.kind == verbs::FlipbookKind::Morph && how.write.quantizeBits > 15) {
+    return "--quantize: shapes of --morph have at most 15 bits";
   }
-  if (options.morph && options.gltf.bits > 15) {
-    return wrongUsage("--quantize: shapes of --morph have at most 15 bits");
-  }
-  auto input = verbs::openInput(options.input, options.only);
+  return std::nullopt;
+}
+
+void printReport(const verbs::FlipbookOptions& how, const verbs::FlipbookReport& made,
+                 const formats::Metadata& metadata) {
+  const convert::FrameSlicesReport& written = made.written;
+  print("{}: {} of time {} to {}, plays for {:.4g} s\n  {} in all, {}\n  {}\n",
+        written.files.front().string(), counted(written.frames, "frame"), made.firstTime,
+        made.lastTime, made.seconds, counted(written.triangles, "triangle"), sizeText(made.bytes),
+        kindText(made));
+  printExtra({velocityText(how.write, written.maxSpeed, written.clamped,
+                           velocityUnit(metadata, /*ofPlayback=*/true)),
+              colorText(how.write, made.colorRange)});
+}
+
+int run(FlipbookArguments& options) {
+  verbs::FlipbookOptions& how = options.flipbook;
+  how.kind = kindOf(options);
+  if (const auto misuse = misuseOf(options)) return wrongUsage(*misuse);
+  const auto input = verbs::openInput(options.input, options.only);
   if (!input) return report(input.error());
-  const model::TimeSpan span = model::timeSpanOf(input->bodies);
-  const auto moments = options.frames.of(span, kMaxFrames);
-  if (!moments) return report(moments.error());
-  const std::vector<double>& times = *moments;
-  std::vector<std::string> notices;
-  const formats::GltfPlacement placement = verbs::placementOf(input->metadata, notices);
-  printNotices(notices);
-  convert::FlipbookOptions how;
+  auto times = options.frames.of(model::timeSpanOf(input->bodies), kMaxFrames);
+  if (!times) return report(times.error());
+  how.times = std::move(*times);
   how.framesPerSecond = options.frames.framesPerSecond;
-  how.detail = options.exact ? slice::SliceDetail::Exact : slice::SliceDetail::Light;
-  how.write = {.attributes = options.attributes, .placement = placement};
-  how.write.normals = options.appearance.normalStyle();
-  if (options.velocity.isNeeded(options.appearance)) {
-    if (times.size() == 1) {
-      return wrongUsage("--velocity: one frame alone has no speed of playback; take --frames 2");
-    }
-    how.velocity = options.velocity.ofFrames(options.appearance,
-                                             convert::playbackRates(times, how.framesPerSecond));
+  ConsoleObserver observer;
+  const auto made = verbs::flipbook(*input, how, observer);
+  if (!made && made.error().remedy == Remedy::MoreFrames) {
+    return wrongUsage("--velocity: " + made.error().message + "; take --frames 2");
   }
-  auto painting = options.appearance.isBySpeed()
-                      ? paintingBySpeed(input->bodies, times, how.detail, *how.velocity)
-                      : options.appearance.painting(input->metadata, span, input->bodies);
-  if (!painting) return report(inInput(painting.error(), *input));
-  how.paint = painting->paint;
-  const auto bounds = boundsOf(*input);
-  if (!bounds) return report(inInput(bounds.error(), *input));
-  how.write.gltf = options.gltf.encoding(options.gltf.bits ? *bounds : model::Bounds3());
-  how.write.gltf.visibility = options.visibility;
-  how.write.origin = verbs::originOf(input->metadata);
-  if (options.center) how.write.center = verbs::roundCenterOf(*bounds);
-  Result<convert::FrameSlicesReport> written;
-  {
-    // Of the other two kinds, slabs are read once for all frames.
-    const bool byFrames = !options.rigid && !options.morph;
-    ProgressBar bar("slicing", byFrames ? times.size() : 0, "frames");
-    const auto write = options.rigid   ? convert::writeRigidFlipbook
-                       : options.morph ? convert::writeMorphFlipbook
-                                       : convert::writeFlipbook;
-    written = write(input->bodies, times, options.output, how, bar.callback());
-  }
-  if (!written) {
-    return report(inInput(written.error(), *input));
-  }
-  std::uintmax_t bytes = 0;
-  auto files = nlohmann::json::array();
-  for (const std::filesystem::path& file : written->files) {
-    std::error_code unknown;
-    const std::uintmax_t size = std::filesystem::file_size(file, unknown);
-    if (!unknown) bytes += size;
-    files.push_back(file.string());
-  }
-  if (files.size() > 1) {
-    written->notices.push_back(fmt::format(
-        "a glTF file cannot hold all frames: they are in {} files, {} to {}, one after the other",
-        files.size(), written->files.front().string(), written->files.back().string()));
-  }
-  printNotices(written->notices);
-  const double seconds = static_cast<double>(times.size()) / options.frames.framesPerSecond;
+  if (!made) return report(made.error());
   if (options.json) {
-    printJson({{"frames", written->frames},
-               {"triangles", written->triangles},
-               {"time_begin", times.front()},
-               {"time_end", times.back()},
-               {"seconds", seconds},
-               {"bytes", bytes},
-               {"files", files},
-               {"rigid", options.rigid},
-               {"morph", options.morph},
-               {"light", written->light},
-               {"distance", written->distance},
-               {"max_speed", velocityJson(how.velocity.has_value(), written->maxSpeed)},
-               {"clamped", velocityJson(how.velocity.has_value(), written->clamped)},
-               {"color_range", painting->range()},
-               {"quantization_error", quantizationError(how.write.gltf)}});
+    printText(jsonOf(*made) + "\n");
   } else {
-    print("{}: {} of time {} to {}, plays for {:.4g} s\n  {} in all, {}\n  {}\n",
-          written->files.front().string(), counted(written->frames, "frame"), times.front(),
-          times.back(), seconds, counted(written->triangles, "triangle"), sizeText(bytes),
-          kindText(options, *written));
-    printExtra({velocityText(options.velocity, written->maxSpeed, written->clamped,
-                             velocityUnit(input->metadata, /*ofPlayback=*/true)),
-                painting->text()});
+    printReport(how, *made, input->metadata);
   }
-  if (written->triangles == 0) {
+  if (made->written.triangles == 0) {
     printNotices({"the flipbook is empty: the solid is not there at any of these times"});
   }
-  return reportLosses(written->losses, options.center);
+  return reportLosses(made->written.losses, how.write.center);
 }
 
 }  // namespace
@@ -169,10 +114,11 @@ void addFlipbook(CLI::App& app, int& exitCode) {
   auto* command =
       app.add_subcommand("flipbook", "Write a 4D mesh as an animated glTF or USD for any viewer");
   auto options = std::make_shared<FlipbookArguments>();
+  verbs::FlipbookOptions& flipbook = options->flipbook;
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
   options->frames.addTo(*command, kMaxFrames);
   options->frames.addSpeedTo(*command);
-  command->add_option("-o,--output", options->output, "Output file: .glb, .gltf, .usda or .usdz")
+  command->add_option("-o,--output", flipbook.output, "Output file: .glb, .gltf, .usda or .usdz")
       ->required()
       ->check(someName())
       ->check(CLI::Validator(
@@ -182,7 +128,7 @@ void addFlipbook(CLI::App& app, int& exitCode) {
                        : "'" + path + "' is not a .glb, .gltf, .usda or .usdz file";
           },
           ""));
-  command->add_flag("--exact", options->exact,
+  command->add_flag("--exact", flipbook.exact,
                     "Use exact slices, with up to 13 times as many triangles between layers");
   auto* rigid = command->add_flag("--rigid", options->rigid,
                                   "Write one mesh per body, moved by its poses: smooth, kilobytes");
@@ -192,20 +138,17 @@ void addFlipbook(CLI::App& app, int& exitCode) {
       "Write one mesh per body, with its shape at each layer: smooth, for swept solids");
   morph->excludes("--exact")->excludes("--rigid");
   options->only.addTo(*command);
-  command->add_flag("--attributes", options->attributes,
-                    "Write attributes; list those that the format cannot store (exit code 3)");
-  options->appearance.addTo(*command);
-  options->velocity.addTo(*command)->excludes(rigid)->excludes(morph);
-  options->gltf.addTo(*command);
+  addSliceWriteOptions(*command, flipbook.write);
+  command->get_option("--velocity")->excludes(rigid)->excludes(morph);
   rigid->excludes(command->get_option("--quantize"));
   command
-      ->add_flag("--visibility", options->visibility,
+      ->add_flag("--visibility", flipbook.visibility,
                  "Show frames with KHR_node_visibility, not scales (not for Blender, three.js)")
       ->excludes(rigid)
       ->excludes(morph);
   rigid->excludes("--attributes");
   morph->excludes("--attributes");
-  addCenterOption(*command, options->center);
+  addCenterOption(*command, flipbook.write.center);
   command->add_flag("--json", options->json, "Print JSON");
   command->footer(
       "Frames, the default, are for any solid and any viewer, which draws the triangles of all "

@@ -4,24 +4,21 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/convert/frame_files.h"
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/triangle/triangle_mesh_formats.h"
 #include "t4d/formats/usd/usd_writer.h"
-#include "t4d/verbs/origin.h"
+#include "t4d/verbs/frames.h"
 #include "t4d/verbs/rasterize.h"
-#include "tools/program/appearance.h"
 #include "tools/program/centering.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/console_observer.h"
 #include "tools/program/detail_text.h"
 #include "tools/program/frame_options.h"
-#include "tools/program/gltf_options.h"
 #include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/part_option.h"
-#include "tools/program/velocity_options.h"
+#include "tools/program/slice_write_options.h"
 
 namespace t4d::tools {
 namespace {
@@ -32,17 +29,12 @@ struct FramesArguments {
   std::string input;
   std::string output;
   std::string format;
-  FrameOptions frames;
+  FrameOptions when;
   PartOption part;
   const CLI::Option* fps = nullptr;
   InputOptions only;
-  Appearance appearance;
-  VelocityOptions velocity;
-  GltfOptions gltf;
   std::optional<double> voxelSize;
-  bool light = false;
-  bool attributes = false;
-  bool center = false;
+  verbs::FramesOptions frames;
   bool json = false;
 };
 
@@ -59,32 +51,27 @@ std::optional<std::string> misuseOfFrames(const convert::FrameNames& names, std:
   return std::nullopt;
 }
 
-convert::FrameSpace spaceOf(const formats::Metadata& metadata) {
-  return {metadata.lengthUnit, metadata.timeUnit, metadata.up};
-}
-
 constexpr const char* kFpsNeeds = "--fps: needs --speed-file, --velocity or USD files";
 
 /// The options say how fast the frames play.
 bool plays(const FramesArguments& options) {
-  return options.fps->count() > 0 || !options.frames.speedFile.empty();
+  return options.fps->count() > 0 || !options.when.speedFile.empty();
 }
 
 /// OpenVDB grids, as `rasterize` writes them.
 int runGrids(const FramesArguments& options) {
   if (!options.voxelSize) return wrongUsage("--format vdb needs --voxel-size");
-  if (plays(options) && options.frames.speedFile.empty()) return wrongUsage(kFpsNeeds);
-  const Appearance& looks = options.appearance;
-  if (options.light || options.attributes || options.center || options.gltf.bits ||
-      options.gltf.meshopt || options.velocity.velocity || !looks.normals.empty() ||
-      !looks.color.empty()) {
+  if (plays(options) && options.when.speedFile.empty()) return wrongUsage(kFpsNeeds);
+  const verbs::SliceWriteOptions& write = options.frames.write;
+  if (options.frames.light || write.attributes || write.center || write.quantizeBits ||
+      write.meshopt || write.velocity || write.normals || !write.color.empty()) {
     return wrongUsage(
         "--format vdb: grids have no --light, --attributes, --center, --quantize, --meshopt, "
         "--normals, --velocity or --color");
   }
   auto input = verbs::openInput(options.input, options.only);
   if (!input) return report(input.error());
-  const auto moments = options.frames.of(model::timeSpanOf(input->bodies), kMostFrameFiles);
+  const auto moments = options.when.of(model::timeSpanOf(input->bodies), kMostFrameFiles);
   if (!moments) return report(moments.error());
   ConsoleObserver observer;
   const auto done = verbs::writeGridFrames(
@@ -106,7 +93,24 @@ int runGrids(const FramesArguments& options) {
   return kDone;
 }
 
-int run(const FramesArguments& options) {
+void printReport(const FramesArguments& options, const verbs::FramesReport& made,
+                 const formats::Metadata& metadata) {
+  const verbs::FramesOptions& how = options.frames;
+  const convert::FrameFilesReport& written = made.written;
+  const std::uint64_t begin = how.part.of(how.times.size()).begin;
+  const auto first = how.names.folder / how.names.fileName(begin, how.times.size());
+  print("{}: {} of time {} to {}\n  {} in all, {}; listed in {}\n  {}\n",
+        written.frames > 1 ? first.string() + ", ..." : first.string(),
+        counted(written.frames, "frame"), made.firstTime, made.lastTime,
+        counted(written.triangles, "triangle"), sizeText(written.bytes), made.manifest.string(),
+        detailText(written.light, written.distance));
+  printExtra({velocityText(how.write, written.maxSpeed, written.clamped,
+                           velocityUnit(metadata, how.inPlayback)),
+              colorText(how.write, made.colorRange),
+              quantizationText(how.write, made.quantizationError)});
+}
+
+int run(FramesArguments& options) {
   if (options.format == "vdb" && options.part.isGiven()) {
     return wrongUsage("--part: write grids in parts with t4d rasterize");
   }
@@ -116,104 +120,46 @@ int run(const FramesArguments& options) {
   const bool isPattern = options.output.find('%') != std::string::npos;
   std::string extension = options.format.empty() ? "" : "." + options.format;
   if (extension.empty() && !isPattern) extension = ".glb";
-  const auto names = convert::frameNames(options.output, extension);
+  auto names = convert::frameNames(options.output, extension);
   if (!names) return wrongUsage(names.error().message);
-  const bool isUsd = formats::isUsd("a" + names->extension);
-  if (isUsd && options.part.chosen().count > 1) {
+  verbs::FramesOptions& how = options.frames;
+  how.names = std::move(*names);
+  how.part = options.part.chosen();
+  const std::string anyFrame = "a" + how.names.extension;
+  const bool isUsd = formats::isUsd(anyFrame);
+  if (isUsd && how.part.count > 1) {
     return wrongUsage("--part: USD frames come with a file of all, for which each is needed");
   }
-  if (plays(options) && options.frames.speedFile.empty() && !options.velocity.velocity && !isUsd) {
+  if (plays(options) && options.when.speedFile.empty() && !how.write.velocity && !isUsd) {
     return wrongUsage(kFpsNeeds);
   }
-  if (const auto misuse = options.gltf.misuse("a" + names->extension)) return wrongUsage(*misuse);
-  if (const auto misuse = options.velocity.misuse(options.appearance)) return wrongUsage(*misuse);
-  auto input = verbs::openInput(options.input, options.only);
+  if (const auto misuse = misuseOfEncoding(how.write, anyFrame)) return wrongUsage(*misuse);
+  if (const auto misuse = misuseOfMaxSpeed(how.write)) return wrongUsage(*misuse);
+  const auto input = verbs::openInput(options.input, options.only);
   if (!input) return report(input.error());
-  const formats::Metadata& metadata = input->metadata;
-  const model::TimeSpan span = model::timeSpanOf(input->bodies);
-  const auto moments = options.frames.of(span, kMostFrameFiles);
-  if (!moments) return report(moments.error());
-  const std::vector<double>& times = *moments;
-  if (const auto done = options.part.settle(times.size(), "frames")) return *done;
-  const model::Part part = options.part.chosen();
-  const model::PartRange own = part.of(times.size());
-  if (const auto misuse = misuseOfFrames(*names, times.size(), options.input)) {
+  auto times = options.when.of(model::timeSpanOf(input->bodies), kMostFrameFiles);
+  if (!times) return report(times.error());
+  how.times = std::move(*times);
+  if (const auto done = options.part.settle(how.times.size(), "frames")) return *done;
+  if (const auto misuse = misuseOfFrames(how.names, how.times.size(), options.input)) {
     return wrongUsage(*misuse);
   }
-  convert::FrameFilesOptions how;
-  how.part = part;
-  how.detail = options.light ? slice::SliceDetail::Light : slice::SliceDetail::Exact;
-  how.space = spaceOf(metadata);
-  how.framesPerSecond = options.frames.framesPerSecond;
-  how.write.attributes = options.attributes;
-  how.write.normals = options.appearance.normalStyle();
-  const bool inPlayback = isUsd || plays(options);
-  if (inPlayback && options.velocity.velocity && times.size() == 1) {
-    return wrongUsage(
-        "--velocity: one frame alone has no speed of playback; take --frames 2, or leave out "
-        "--fps");
+  how.inPlayback = isUsd || plays(options);
+  how.framesPerSecond = options.when.framesPerSecond;
+  ConsoleObserver observer;
+  const auto made = verbs::frames(*input, how, observer);
+  if (!made && made.error().remedy == Remedy::MoreFrames) {
+    return wrongUsage("--velocity: " + made.error().message +
+                      "; take --frames 2, or leave out --fps");
   }
-  how.velocity = options.velocity.ofFrames(
-      options.appearance, inPlayback ? convert::playbackRates(times, options.frames.framesPerSecond)
-                                     : std::vector<double>());
-  auto painting = options.appearance.isBySpeed()
-                      ? paintingBySpeed(input->bodies, times, how.detail, *how.velocity)
-                      : options.appearance.painting(metadata, span, input->bodies);
-  if (!painting) return report(inInput(painting.error(), *input));
-  how.paint = painting->paint;
-  const auto bounds = boundsOf(*input);
-  if (!bounds) return report(inInput(bounds.error(), *input));
-  how.write.gltf = options.gltf.encoding(options.gltf.bits ? *bounds : model::Bounds3());
-  how.write.origin = verbs::originOf(metadata);
-  if (options.center) how.write.center = verbs::roundCenterOf(*bounds);
-  if (formats::triangleMeshFormat("a" + names->extension)->placed) {
-    std::vector<std::string> notices;
-    how.write.placement = verbs::placementOf(metadata, notices);
-    printNotices(notices);
-  }
-  Result<convert::FrameFilesReport> written;
-  {
-    ProgressBar bar("slicing", own.size(), "frames");
-    written = convert::writeFrameFiles(input->bodies, times, *names, how, bar.callback());
-  }
-  if (!written) {
-    return report(inInput(written.error(), *input));
-  }
-  printNotices(written->notices);
-  const std::string manifest =
-      (names->folder /
-       (part.count > 1 ? convert::manifestOfPart(names->manifest, part) : names->manifest))
-          .string();
+  if (!made) return report(made.error());
   if (options.json) {
-    nlohmann::ordered_json result = {
-        {"frames", written->frames},
-        {"triangles", written->triangles},
-        {"time_begin", times[own.begin]},
-        {"time_end", times[own.end - 1]},
-        {"bytes", written->bytes},
-        {"manifest", manifest},
-        {"light", written->light},
-        {"distance", written->distance},
-        {"max_speed", velocityJson(how.velocity.has_value(), written->maxSpeed)},
-        {"clamped", velocityJson(how.velocity.has_value(), written->clamped)},
-        {"color_range", painting->range()},
-        {"quantization_error", quantizationError(how.write.gltf)}};
-    if (options.part.isGiven()) {
-      result["part"] = options.part.json(identityOf(*input, times.size()));
-    }
-    printJson(result);
+    const auto identity = [&] { return identityOf(*input, how.times.size()); };
+    printText(options.part.inReport(jsonOf(*made), identity) + "\n");
   } else {
-    const auto first = names->folder / names->fileName(own.begin, times.size());
-    print("{}: {} of time {} to {}\n  {} in all, {}; listed in {}\n  {}\n",
-          written->frames > 1 ? first.string() + ", ..." : first.string(),
-          counted(written->frames, "frame"), times[own.begin], times[own.end - 1],
-          counted(written->triangles, "triangle"), sizeText(written->bytes), manifest,
-          detailText(written->light, written->distance));
-    printExtra({velocityText(options.velocity, written->maxSpeed, written->clamped,
-                             velocityUnit(metadata, inPlayback)),
-                painting->text(), quantizationText(how.write.gltf)});
+    printReport(options, *made, input->metadata);
   }
-  return reportLosses(written->losses, options.center);
+  return reportLosses(made->written.losses, how.write.center);
 }
 
 }  // namespace
@@ -223,8 +169,8 @@ void addFrames(CLI::App& app, int& exitCode) {
       app.add_subcommand("frames", "Write a 4D mesh as numbered triangle meshes, one per time");
   auto options = std::make_shared<FramesArguments>();
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
-  options->frames.addTo(*command, kMostFrameFiles);
-  options->fps = options->frames.addSpeedTo(*command)->description(
+  options->when.addTo(*command, kMostFrameFiles);
+  options->fps = options->when.addSpeedTo(*command)->description(
       "Frames per second of playback, for --speed-file, --velocity and USD");
   command
       ->add_option("-o,--output", options->output,
@@ -248,16 +194,12 @@ void addFrames(CLI::App& app, int& exitCode) {
                    "Voxel edge length for --format vdb, in length units")
       ->check(numberAboveZero());
   command->add_flag(
-      "--light", options->light,
+      "--light", options->frames.light,
       "Interpolate the triangles of the layers: up to 13 times fewer, same in all frames");
   options->only.addTo(*command);
   options->part.addTo(*command, "Write only part K of N of the frames, into the same folder");
-  command->add_flag("--attributes", options->attributes,
-                    "Write attributes; list those that the format cannot store (exit code 3)");
-  options->appearance.addTo(*command);
-  options->velocity.addTo(*command);
-  options->gltf.addTo(*command);
-  addCenterOption(*command, options->center);
+  addSliceWriteOptions(*command, options->frames.write);
+  addCenterOption(*command, options->frames.write.center);
   command->add_flag("--json", options->json, "Print JSON");
   command->footer("Example:\n  t4d frames bolt.t4d --frames 60 --format vtp -o bolt-frames");
   command->callback([=, &exitCode] { exitCode = run(*options); });

@@ -176,6 +176,7 @@ std::string hintFor(const Error& error) {
     case Remedy::Center:
     case Remedy::Motion:
     case Remedy::FrameFormat:
+    case Remedy::MoreFrames:
     case Remedy::None:
       break;
   }

@@ -1,0 +1,135 @@
+#include "t4d/verbs/flipbook.h"
+
+#include <filesystem>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "t4d/convert/flipbook.h"
+#include "t4d/convert/morph_flipbook.h"
+#include "t4d/convert/rigid_flipbook.h"
+#include "t4d/formats/usd/usd_writer.h"
+#include "t4d/verbs/json_text.h"
+#include "t4d/verbs/slice_writing.h"
+
+namespace t4d::verbs {
+namespace {
+
+Result<void> checkFlipbookOptions(const FlipbookOptions& options) {
+  const SliceWriteOptions& write = options.write;
+  const bool byFrames = options.kind == FlipbookKind::Frames;
+  const bool isUsd = formats::isUsd(options.output);
+  const char* contradiction =
+      !isUsd && !formats::isGltf(options.output) ? "a flipbook is a .glb, .gltf, .usda or .usdz"
+      : !byFrames && (write.color == "time" || write.isColoredBySpeed())
+          ? "a body that is moved or morphed has one colour"
+      : !byFrames && (options.exact || write.attributes || write.velocity || options.visibility)
+          ? "exact slices, attributes, velocities and visibilities are those of frames"
+      : options.kind == FlipbookKind::Rigid && write.quantizeBits
+          ? "bodies that are moved by poses have float32 coordinates"
+      : options.kind == FlipbookKind::Morph && write.quantizeBits > 15
+          ? "shapes of morphed bodies have at most 15 bits"
+      : options.visibility && isUsd ? "USD shows and hides bodies by their visibility in any case"
+                                    : nullptr;
+  if (contradiction != nullptr) return fail(ErrorCode::Options, contradiction);
+  return checkSliceWriteOptions(write, options.output);
+}
+
+Result<convert::FrameSlicesReport> writeFrames(const Input& input, const FlipbookOptions& options,
+                                               std::span<const double> times,
+                                               const convert::FlipbookOptions& how,
+                                               Observer& observer) {
+  // Of the other two kinds, slabs are read once for all frames.
+  const bool byFrames = options.kind == FlipbookKind::Frames;
+  const auto stage = observer.stage("slicing", byFrames ? times.size() : 0, "frames");
+  const auto write = options.kind == FlipbookKind::Rigid   ? convert::writeRigidFlipbook
+                     : options.kind == FlipbookKind::Morph ? convert::writeMorphFlipbook
+                                                           : convert::writeFlipbook;
+  auto written = write(input.bodies, times, options.output, how, stage->callback());
+  if (!written) return inInput(written.error(), input);
+  return written;
+}
+
+std::uint64_t sizeOfFiles(const std::vector<std::filesystem::path>& files) {
+  std::uint64_t bytes = 0;
+  for (const std::filesystem::path& file : files) {
+    std::error_code unknown;
+    const std::uintmax_t size = std::filesystem::file_size(file, unknown);
+    if (!unknown) bytes += size;
+  }
+  return bytes;
+}
+
+}  // namespace
+
+Result<FlipbookReport> flipbook(const Input& input, const FlipbookOptions& options,
+                                Observer& observer) {
+  if (auto good = checkFlipbookOptions(options); !good) return good.error();
+  const std::vector<double> times = timesOfFrames(options.times, input);
+  std::vector<std::string> notices;
+  const formats::GltfPlacement placement = placementOf(input.metadata, notices);
+  observer.noteEach(notices);
+  convert::FlipbookOptions how;
+  how.framesPerSecond = options.framesPerSecond;
+  how.detail = options.exact ? slice::SliceDetail::Exact : slice::SliceDetail::Light;
+  std::vector<double> rates;
+  if (options.write.needsVelocity()) {
+    if (times.size() == 1) return oneFrameHasNoSpeed();
+    rates = convert::playbackRates(times, how.framesPerSecond);
+  }
+  auto looks = frameLooksOf(options.write, input, times, how.detail, std::move(rates), observer);
+  if (!looks) return looks.error();
+  how.write = looks->write;
+  how.write.placement = placement;
+  how.write.gltf.visibility = options.visibility;
+  how.velocity = looks->velocity;
+  how.paint = looks->painting.paint;
+  auto written = writeFrames(input, options, times, how, observer);
+  if (!written) return written.error();
+  const std::vector<std::filesystem::path>& files = written->files;
+  if (files.size() > 1) {
+    written->notices.push_back(fmt::format(
+        "a glTF file cannot hold all frames: they are in {} files, {} to {}, one after the other",
+        files.size(), files.front().string(), files.back().string()));
+  }
+  observer.noteEach(written->notices);
+  FlipbookReport report;
+  report.kind = options.kind;
+  report.bytes = sizeOfFiles(files);
+  report.written = std::move(*written);
+  report.firstTime = times.front();
+  report.lastTime = times.back();
+  report.seconds = static_cast<double>(times.size()) / options.framesPerSecond;
+  report.hasVelocity = how.velocity.has_value();
+  report.colorRange = looks->painting.range;
+  report.quantizationError = quantizationErrorOf(how.write.gltf);
+  return report;
+}
+
+std::string jsonOf(const FlipbookReport& report) {
+  const convert::FrameSlicesReport& written = report.written;
+  auto files = nlohmann::ordered_json::array();
+  for (const std::filesystem::path& file : written.files) files.push_back(file.string());
+  nlohmann::ordered_json value = {{"frames", written.frames},
+                                  {"triangles", written.triangles},
+                                  {"time_begin", report.firstTime},
+                                  {"time_end", report.lastTime},
+                                  {"seconds", report.seconds},
+                                  {"bytes", report.bytes},
+                                  {"files", std::move(files)},
+                                  {"rigid", report.kind == FlipbookKind::Rigid},
+                                  {"morph", report.kind == FlipbookKind::Morph},
+                                  {"light", written.light},
+                                  {"distance", written.distance},
+                                  {"max_speed", nullptr},
+                                  {"clamped", nullptr},
+                                  {"color_range", orNull(report.colorRange)},
+                                  {"quantization_error", orNull(report.quantizationError)}};
+  if (report.hasVelocity) {
+    value["max_speed"] = written.maxSpeed;
+    value["clamped"] = written.clamped;
+  }
+  return jsonText(value);
+}
+
+}  // namespace t4d::verbs
