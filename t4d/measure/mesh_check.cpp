@@ -10,6 +10,7 @@
 
 #include "t4d/measure/slab_measure.h"
 #include "t4d/measure/vertex_links.h"
+#include "t4d/model/facets.h"
 #include "t4d/model/shared_parts.h"
 
 namespace t4d::measure {

@@ -8,9 +8,12 @@
 #include <vector>
 
 #include "t4d/measure/components.h"
-#include "t4d/model/facets.h"
 #include "t4d/model/orderless_sum.h"
 #include "t4d/model/slab.h"
+
+namespace t4d::model {
+struct Facet;
+}
 
 namespace t4d::measure {
 

@@ -10,6 +10,7 @@
 #include "t4d/measure/winding_number.h"
 #include "t4d/slice/slice.h"
 #include "t4d/verbs/collide.h"
+#include "t4d/verbs/origin.h"
 
 namespace t4d::verbs {
 namespace {

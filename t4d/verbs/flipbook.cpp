@@ -10,6 +10,7 @@
 #include "t4d/convert/rigid_flipbook.h"
 #include "t4d/formats/usd/usd_writer.h"
 #include "t4d/verbs/json_text.h"
+#include "t4d/verbs/origin.h"
 #include "t4d/verbs/slice_writing.h"
 
 namespace t4d::verbs {

@@ -6,6 +6,7 @@
 #include "t4d/formats/triangle/triangle_mesh_formats.h"
 #include "t4d/formats/usd/usd_writer.h"
 #include "t4d/verbs/json_text.h"
+#include "t4d/verbs/origin.h"
 #include "t4d/verbs/slice_writing.h"
 
 namespace t4d::verbs {

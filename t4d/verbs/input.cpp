@@ -9,7 +9,6 @@
 
 #include "t4d/formats/t4d/body_details.h"
 #include "t4d/model/source_part.h"
-#include "t4d/model/units.h"
 #include "t4d/verbs/similar_words.h"
 
 namespace t4d::verbs {
@@ -184,26 +183,6 @@ Result<model::Bounds3> boundsOf(const Input& input) {
     if (has(input, infos[i].name)) bounds.add(input.reader->summary(i).bounds);
   }
   return bounds;
-}
-
-formats::GltfPlacement placementOf(const formats::Metadata& metadata,
-                                   std::vector<std::string>& notices) {
-  formats::GltfPlacement placement;
-  placement.zUp = metadata.up == "z";
-  if (!metadata.lengthUnit.empty()) {
-    if (const auto metres = model::metresPer(metadata.lengthUnit)) {
-      placement.metresPerUnit = *metres;
-    } else {
-      notices.push_back(
-          fmt::format("the length unit '{}' is unknown; it is written to glTF as a metre",
-                      metadata.lengthUnit));
-    }
-  }
-  nlohmann::ordered_json extras;
-  if (!metadata.lengthUnit.empty()) extras["length_unit"] = metadata.lengthUnit;
-  if (!metadata.timeUnit.empty()) extras["time_unit"] = metadata.timeUnit;
-  if (!extras.empty()) placement.extras = extras.dump();
-  return placement;
 }
 
 }  // namespace t4d::verbs

@@ -8,7 +8,6 @@
 #include <string_view>
 #include <vector>
 
-#include "t4d/formats/gltf/gltf_writer.h"
 #include "t4d/formats/t4d/reader.h"
 #include "t4d/formats/t4d/writer.h"
 #include "t4d/measure/chord_bound.h"
@@ -68,10 +67,5 @@ measure::MotionBetweenLayers motionOf(const Input& input, const std::string& bod
 
 /// Bounds in space of the bodies, at all times. Reads the slabs of a mesh in memory.
 Result<model::Bounds3> boundsOf(const Input& input);
-
-/// How to place a solid of this file in glTF: its length unit in metres and its up axis. An unknown
-/// unit is taken as metres, with a notice.
-formats::GltfPlacement placementOf(const formats::Metadata& metadata,
-                                   std::vector<std::string>& notices);
 
 }  // namespace t4d::verbs

@@ -2,7 +2,10 @@
 
 #include <cmath>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
+
+#include "t4d/model/units.h"
 
 namespace t4d::verbs {
 namespace {
@@ -47,6 +50,26 @@ std::string withOrigin(const std::string& detailsJson, const model::Point3& orig
   auto details = nlohmann::ordered_json::parse(detailsJson);
   details[kOriginKey] = {origin.x(), origin.y(), origin.z()};
   return details.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+formats::GltfPlacement placementOf(const formats::Metadata& metadata,
+                                   std::vector<std::string>& notices) {
+  formats::GltfPlacement placement;
+  placement.zUp = metadata.up == "z";
+  if (!metadata.lengthUnit.empty()) {
+    if (const auto metres = model::metresPer(metadata.lengthUnit)) {
+      placement.metresPerUnit = *metres;
+    } else {
+      notices.push_back(
+          fmt::format("the length unit '{}' is unknown; it is written to glTF as a metre",
+                      metadata.lengthUnit));
+    }
+  }
+  nlohmann::ordered_json extras;
+  if (!metadata.lengthUnit.empty()) extras["length_unit"] = metadata.lengthUnit;
+  if (!metadata.timeUnit.empty()) extras["time_unit"] = metadata.timeUnit;
+  if (!extras.empty()) placement.extras = extras.dump();
+  return placement;
 }
 
 }  // namespace t4d::verbs

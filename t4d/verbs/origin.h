@@ -1,8 +1,10 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "t4d/formats/t4d/metadata.h"
+#include "t4d/formats/triangle/triangle_mesh_writer.h"
 #include "t4d/model/geometry.h"
 
 namespace t4d::verbs {
@@ -17,5 +19,10 @@ model::Point3 originOf(const formats::Metadata& metadata);
 
 /// `detailsJson` with `origin` in it; as it is if that is zero.
 std::string withOrigin(const std::string& detailsJson, const model::Point3& origin);
+
+/// How to place a solid of this file in glTF: its length unit in metres and its up axis. An unknown
+/// unit is taken as metres, with a notice.
+formats::GltfPlacement placementOf(const formats::Metadata& metadata,
+                                   std::vector<std::string>& notices);
 
 }  // namespace t4d::verbs

@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "t4d/formats/input_file.h"
 #include "t4d/formats/motion/time_column.h"
 #include "t4d/formats/text/number_table.h"
 

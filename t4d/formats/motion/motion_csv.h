@@ -2,10 +2,11 @@
 
 #include <string>
 
-#include "t4d/formats/input_file.h"
 #include "t4d/model/motion.h"
 
 namespace t4d::formats {
+
+struct InputFile;
 
 /// What the names of the columns of a table of poses may leave open.
 struct MotionTableOptions {

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "t4d/formats/input_file.h"
 #include "t4d/formats/text/text_scanner.h"
 #include "t4d/model/limits.h"
 

@@ -6,9 +6,11 @@
 
 #include <Eigen/Core>
 
-#include "t4d/formats/input_file.h"
+#include "t4d/model/error.h"
 
 namespace t4d::formats {
+
+struct InputFile;
 
 /// A tool of a tool table.
 struct TableTool {
