@@ -1,30 +1,22 @@
-#include <filesystem>
 #include <fstream>
-#include <iterator>
+#include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
-#include <nlohmann/json.hpp>
 #include <unistd.h>
 
 #include "t4d/system/child_process.h"
-#include "tests/paths.h"
 #include "tests/web_server.h"
+#include "tools/program/tests/test_folder.h"
 
 /// Files on a web server, from the user's point of view: the same results as from a local file with
 /// few requests, and a reason where a server is at fault.
 namespace t4d::tools {
 namespace {
 
-namespace fs = std::filesystem;
 using formats::WebServer;
-using nlohmann::json;
 using testing::HasSubstr;
 using testing::Not;
-
-std::string bytesOf(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 system::ProgramRun t4d(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), T4D_PROGRAM);
@@ -46,7 +38,7 @@ class Web : public testing::Test {
   static void SetUpTestSuite() {
     folder_ = fs::path(testing::TempDir()) / ("t4d_web_" + std::to_string(::getpid()));
     fs::create_directories(folder_);
-    ASSERT_EQ(system::runProgram({T4D_FIXTURES_PROGRAM, at("fx")})->code, 0);
+    copyFixtures(at("fx"));
     const auto made = [](const std::string& solid, const std::string& motion,
                          const std::string& name, std::vector<std::string> more) {
       more.insert(more.begin(), {"sweep", at("fx/" + solid + ".obj"), "--motion",
@@ -76,7 +68,7 @@ class Web : public testing::Test {
     json expected = answer(local);
     json found = answer(remote);
     EXPECT_EQ(expected["requests"], 0);
-    EXPECT_TRUE(bytesOf(at("local.ply")) == bytesOf(at("remote.ply")));
+    EXPECT_TRUE(contents(at("local.ply")) == contents(at("remote.ply")));
     fs::remove(at("remote.ply"));
     json same = found;
     for (const char* key : {"requests", "bytes_read"}) same[key] = expected[key];

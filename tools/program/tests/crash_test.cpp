@@ -3,11 +3,9 @@
 #include <chrono>
 #include <csignal>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <iostream>
-#include <iterator>
 #include <limits>
 #include <random>
 #include <stdexcept>
@@ -16,30 +14,20 @@
 #include <vector>
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 #include <sys/prctl.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include "t4d/formats/t4d/test_slabs.h"
 #include "t4d/system/child_process.h"
-#include "tests/paths.h"
+#include "tools/program/tests/test_folder.h"
 
 /// However writing ends, the target is the old file, the complete new file, or absent; and the part
 /// that a killed program leaves behind can be recovered.
 namespace t4d::tools {
 namespace {
 
-namespace fs = std::filesystem;
-using nlohmann::json;
 using Words = std::vector<std::string>;
 using Seconds = std::chrono::duration<double>;
-
-std::string contents(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 /// How a process ended, and its output.
 struct Ended {
@@ -50,17 +38,13 @@ struct Ended {
 };
 
 /// A folder with an input for each verb, and a folder `target` to write into.
-class Crash : public testing::Test {
+class Crash : public InFolder {
  protected:
   void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::canonical(testing::TempDir()) /
-              ("t4d_crash_" + std::string(info->name()) + "_" + std::to_string(::getpid()));
-    fs::remove_all(folder_);
-    fs::create_directories(folder_ / "target");
-    ASSERT_EQ(wait(start({T4D_FIXTURES_PROGRAM, "fx"})).exitCode, 0);
+    InFolder::SetUp();
+    fs::create_directory(folder_ / "target");
+    copyFixtures(folder_ / "fx");
   }
-  void TearDown() override { fs::remove_all(folder_); }
 
   /// Starts a program in the folder. `before` is a line of a shell script, run in the same process.
   system::ChildProcess start(const Words& words, const std::string& before = {}) const {
@@ -154,8 +138,6 @@ class Crash : public testing::Test {
     fs::remove_all(folder_ / "target");
     fs::create_directories(folder_ / "target");
   }
-
-  fs::path folder_;
 };
 
 constexpr const char* kOld = "the old file";
@@ -362,9 +344,8 @@ TEST_F(SignalledParent, ACompareEndsItsSweeps) {
 }
 
 TEST_F(SignalledParent, ConformEndsTheBackendProgram) {
-  std::ofstream(folder_ / "slow") << "#!/bin/sh\nsleep 60 & wait\n";
-  fs::permissions(folder_ / "slow", fs::perms::owner_all);
-  endsWithAllItHasStarted({"conform", "backends", "--backend-program", "./slow"}, 0.5);
+  const std::string slow = writeScript("slow", "sleep 60 & wait");
+  endsWithAllItHasStarted({"conform", "backends", "--backend-program", slow}, 0.5);
 }
 
 TEST_F(Signalled, AFolderThatWasMadeGoes) {
@@ -395,8 +376,7 @@ class Full : public Crash {
   std::vector<Words> commands() const {
     EXPECT_EQ(run(sweep(5000, "swept.t4d")).exitCode, 0);
     const std::string swept = contents(folder_ / "swept.t4d");
-    std::ofstream(folder_ / "broken.t4d", std::ios::binary)
-        << swept.substr(0, swept.size() - swept.size() / 5);
+    write("broken.t4d", swept.substr(0, swept.size() - swept.size() / 5));
     return {sweep(5000),
             weave(),
             {"recover", "broken.t4d", "-o", "target/out.t4d"},

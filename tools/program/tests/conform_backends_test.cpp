@@ -1,69 +1,30 @@
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include "tests/paths.h"
+#include "tools/program/tests/test_folder.h"
 
 /// `t4d conform backends` from the user's point of view.
 namespace t4d::tools {
 namespace {
 
-namespace fs = std::filesystem;
-using nlohmann::json;
 using testing::HasSubstr;
 using testing::Not;
 
-std::string contents(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-class ConformBackends : public testing::Test {
+class ConformBackends : public InFolder {
  protected:
-  struct Finished {
-    int exitCode = -1;
-    std::string out;
-    std::string err;
-    json value() const { return json::parse(out); }
-  };
-
-  void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::path(testing::TempDir()) /
-              ("t4d_conform_" + std::string(info->name()) + "_" + std::to_string(::getpid()));
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  Finished run(const std::string& arguments) {
-    const std::string command = "cd " + folder_.string() + " && " + T4D_PROGRAM +
-                                " conform backends " + arguments + " > stdout.txt 2> stderr.txt";
-    const int status = std::system(command.c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status),
-            contents(folder_ / "stdout.txt"), contents(folder_ / "stderr.txt")};
+  Finished run(const std::string& arguments) const {
+    return InFolder::run("conform backends " + arguments);
   }
 
   /// A script that runs `before`, then `t4d sweep`, then `after`; "$motion" is the motion file.
   std::string script(const std::string& name, const std::string& before = {},
-                     const std::string& after = {}) {
-    std::ofstream(folder_ / name) << "#!/bin/sh\nmotion=$2\n"
-                                  << before << "\n"
-                                  << T4D_PROGRAM
-                                  << " sweep \"$1\" --motion \"$motion\" --caps cone -o \"$3\"\n"
-                                  << after << "\n";
-    fs::permissions(folder_ / name, fs::perms::owner_all);
-    return "./" + name;
+                     const std::string& after = {}) const {
+    return writeScript(name, "motion=$2\n" + before +
+                                 "\n" T4D_PROGRAM
+                                 " sweep \"$1\" --motion \"$motion\" --caps cone -o \"$3\"\n" +
+                                 after);
   }
-
-  fs::path folder_;
 };
 
 std::vector<std::string> failedChecks(const json& result) {
@@ -174,8 +135,7 @@ TEST_F(ConformBackends, AProgramThatHangsIsEnded) {
 }
 
 TEST_F(ConformBackends, AProgramThatMakesAPipeFailsInstead) {
-  std::ofstream(folder_ / "pipe") << "#!/bin/sh\nrm -f \"$3\"; mkfifo \"$3\"\n";
-  fs::permissions(folder_ / "pipe", fs::perms::owner_all);
+  writeScript("pipe", "rm -f \"$3\"; mkfifo \"$3\"");
   const Finished done = run("--backend-program ./pipe --case cube-at-rest --timeout 1");
   EXPECT_EQ(done.exitCode, 1);
   EXPECT_THAT(done.out, HasSubstr("is not a regular file"));

@@ -1,41 +1,24 @@
-#include <filesystem>
 #include <fstream>
-#include <iterator>
+#include <string>
+#include <utility>
 
 #include <gmock/gmock.h>
-#include <nlohmann/json.hpp>
-#include <unistd.h>
 
 #include "t4d/conformance/corpus/corpus.h"
 #include "t4d/system/child_process.h"
-#include "tests/paths.h"
+#include "tools/program/tests/test_folder.h"
 
 /// `t4d conform reader`, `copy` and `list` from the user's point of view.
 namespace t4d::tools {
 namespace {
 
-namespace fs = std::filesystem;
-using nlohmann::json;
 using system::ProgramRun;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-std::string contents(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-class ConformReader : public testing::Test {
+class ConformReader : public InFolder {
  protected:
-  void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::path(testing::TempDir()) /
-              ("t4d_reader_" + std::string(info->name()) + "_" + std::to_string(::getpid()));
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   system::ProgramRun shell(const std::string& script) {
     const std::string there = "cd '" + folder_.string() + "'; ";
     const auto run = system::runProgram({"/bin/sh", "-c", there + script}, {.limit = 600});
@@ -46,13 +29,9 @@ class ConformReader : public testing::Test {
     return shell("exec " T4D_PROGRAM " conform " + arguments);
   }
   /// A reader as a shell script: "$1" is the file, "$2" the request.
-  std::string reader(const std::string& script) {
-    std::ofstream(folder_ / "my-reader") << "#!/bin/sh\n" << script << "\n";
-    fs::permissions(folder_ / "my-reader", fs::perms::owner_all);
-    return "--reader ./my-reader ";
+  std::string reader(const std::string& script) const {
+    return "--reader " + writeScript("my-reader", script) + " ";
   }
-
-  fs::path folder_;
 };
 
 TEST_F(ConformReader, OurReaderPassesWhatIsChosen) {
@@ -165,7 +144,7 @@ TEST_F(ConformReader, AnInterruptionEndsReadersAndLeavesNothing) {
 }
 
 TEST_F(ConformReader, WrongUsageIsExit2) {
-  std::ofstream(folder_ / "not-executable") << "print()\n";
+  write("not-executable", "print()\n");
   for (const auto& [arguments, expected] :
        {std::pair{"", "--reader is required"},
         {"--reader ./none", "./none: is not there"},
@@ -202,7 +181,7 @@ TEST_F(ConformReader, TheCorpusIsCopiedWithItsManifest) {
   EXPECT_EQ(contents(one), "mine");
   EXPECT_EQ(conform("copy corpus --force").code, 0);
   EXPECT_NE(contents(one), "mine");
-  std::ofstream(folder_ / "file") << "mine";
+  write("file", "mine");
   EXPECT_EQ(conform("copy file --force").code, 2);
   EXPECT_EQ(conform("copy /proc/none").code, 1);
 }
@@ -227,9 +206,7 @@ TEST_F(ConformReader, CasesAreListed) {
 TEST_F(ConformReader, AWriterIsTestedByTheFilesThatItMakes) {
   ASSERT_EQ(conform("copy corpus").code, 0);
   const auto writer = [&](const std::string& script) {
-    std::ofstream(folder_ / "my-writer") << "#!/bin/sh\n" << script << "\n";
-    fs::permissions(folder_ / "my-writer", fs::perms::owner_all);
-    return std::string("writer --writer ./my-writer ");
+    return "writer --writer " + writeScript("my-writer", script) + " ";
   };
   const std::string copies = "cp corpus/valid/one-simplex.t4d \"$2\"";
   const auto right = conform(writer(copies) + "--only one-simplex");

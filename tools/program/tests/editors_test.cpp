@@ -1,28 +1,21 @@
 #include <algorithm>
-#include <cstdlib>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <map>
 #include <string>
 #include <vector>
 
 #include <gmock/gmock.h>
-#include <nlohmann/json.hpp>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include "t4d/formats/t4d/chunk_list.h"
 #include "t4d/formats/t4d/join.h"
 #include "t4d/formats/t4d/test_slabs.h"
-#include "tests/paths.h"
+#include "tools/program/tests/test_folder.h"
 
 /// What editors do with what they do not know, and with attributes: rules E1 to E7 of SPEC.md.
 namespace t4d::tools {
 namespace {
 
-namespace fs = std::filesystem;
-using nlohmann::json;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
@@ -33,11 +26,6 @@ const Chunks kChunks = {{"note", "first"},  {"acmE", "of the mesh"}, {"PADD", ""
                         {"acMe", "second"}, {"note", "third"},       {"nEw1", "a number"}};
 
 constexpr const char* kOthers = R"({"acme:project":{"id":[1,2.5]},"later":true})";
-
-std::string contents(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 /// A file without index with these chunks between HEAD and the others.
 void putChunks(const fs::path& path, const Chunks& chunks, std::uint32_t flags = 0) {
@@ -94,17 +82,8 @@ model::Slab simplexWithAttributes() {
   return slab;
 }
 
-class Editors : public testing::Test {
+class Editors : public InFolder {
  protected:
-  void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::canonical(testing::TempDir()) /
-              ("t4d_editors_" + std::string(info->name()) + "_" + std::to_string(::getpid()));
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   fs::path at(const std::string& name) const { return folder_ / name; }
 
   formats::Metadata metadata() const {
@@ -136,17 +115,6 @@ class Editors : public testing::Test {
     putChunks(at(name), chunks);
     EXPECT_TRUE(formats::checkT4dFile(at(name)));
     return at(name);
-  }
-
-  struct Ended {
-    int exitCode = -1;
-    std::string err;
-  };
-  Ended run(const std::string& arguments) const {
-    const std::string command = "cd " + folder_.string() + " && " + T4D_PROGRAM + " " + arguments +
-                                " > stdout.txt 2> stderr.txt";
-    const int status = std::system(command.c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, contents(at("stderr.txt"))};
   }
 
   /// The optional chunks of a file, and their texts.
@@ -181,8 +149,6 @@ class Editors : public testing::Test {
     }
     return rows;
   }
-
-  fs::path folder_;
 };
 
 const Chunks kSafe = {{"note", "first"}, {"acMe", "second"}, {"note", "third"}};
@@ -195,7 +161,7 @@ TEST_F(Editors, KeepWhatMayBeKeptAndNameTheRest) {
         "filter in.t4d --from 0.25 --to 0.75", "quality in.t4d", "recover in.t4d", "join in.t4d",
         "resolve far.t4d in.t4d --ignore-units", "convert in.t4d --accept-loss"}) {
     const bool converts = edit.starts_with("convert");
-    const Ended done = run(edit + (converts ? " out.t4d" : " -o out.t4d"));
+    const Finished done = run(edit + (converts ? " out.t4d" : " -o out.t4d"));
     EXPECT_EQ(done.exitCode, converts ? 0 : 3) << edit << ": " << done.err;
     EXPECT_THAT(done.err, HasSubstr("chunk 'acmE'")) << edit;
     EXPECT_THAT(done.err, HasSubstr("chunk 'nEw1'")) << edit;
@@ -217,7 +183,7 @@ TEST_F(Editors, KeepWhatMayBeKeptAndNameTheRest) {
 
 TEST_F(Editors, RecoverSaysWhereTheChunksAreThatItLeavesOut) {
   const std::string bytes = contents(write("in.t4d", metadata(), kChunks));
-  const Ended done = run("recover in.t4d -o out.t4d");
+  const Finished done = run("recover in.t4d -o out.t4d");
   for (const formats::ChunkHeader& chunk : formats::listChunks(bytes)) {
     if (chunk.name() != "acmE" && chunk.name() != "nEw1") continue;
     EXPECT_THAT(done.err, HasSubstr("byte " + std::to_string(chunk.offset) + ": 1 chunk '" +
@@ -229,7 +195,7 @@ TEST_F(Editors, RecoverSaysWhereTheChunksAreThatItLeavesOut) {
 TEST_F(Editors, ConvertNamesTheMetadataThatItLosesToOtherFormats) {
   write("in.t4d", metadata(), kChunks);
   for (const std::string format : {"vtu", "mesh", "g4tf", "node"}) {
-    const Ended done = run("convert in.t4d out." + format);
+    const Finished done = run("convert in.t4d out." + format);
     EXPECT_EQ(done.exitCode, 3) << done.err;
     for (const char* named : {": RAS\n", "force", "curl", "acme:part, acme:project, later\n",
                               ": acMe, acmE, nEw1, note\n"}) {
@@ -241,7 +207,7 @@ TEST_F(Editors, ConvertNamesTheMetadataThatItLosesToOtherFormats) {
 TEST_F(Editors, SayNothingWhereNothingIsLost) {
   write("in.t4d", metadata(), kSafe);
   for (const std::string edit : {"compress in.t4d", "recover in.t4d", "filter in.t4d --from 0.5"}) {
-    const Ended done = run(edit + " -o out.t4d");
+    const Finished done = run(edit + " -o out.t4d");
     EXPECT_EQ(done.exitCode, 0) << edit << ": " << done.err;
     EXPECT_EQ(chunksOf(at("out.t4d")), kSafe) << edit;
   }
@@ -250,7 +216,7 @@ TEST_F(Editors, SayNothingWhereNothingIsLost) {
 TEST_F(Editors, RefuseCriticalChunksThatTheyDoNotKnow) {
   write("in.t4d", metadata(), {});
   putChunks(at("in.t4d"), {{"NEED", "x"}}, formats::t4d_layout::kFlagCritical);
-  const Ended done = run("compress in.t4d -o out.t4d");
+  const Finished done = run("compress in.t4d -o out.t4d");
   EXPECT_EQ(done.exitCode, 4);
   EXPECT_THAT(done.err, HasSubstr("NEED"));
   EXPECT_FALSE(fs::exists(at("out.t4d")));
@@ -261,7 +227,7 @@ TEST_F(Editors, JoinKeepsWhatTheFilesAgreeOn) {
   other.otherJson = R"({"acme:project":{"id":[1,3]},"later":true,"newer":null})";
   write("first.t4d", metadata(), {{"note", "a"}, {"note", "b"}});
   write("second.t4d", other, {{"note", "b"}, {"note", "c"}}, 1);
-  const Ended done = run("join first.t4d second.t4d -o out.t4d");
+  const Finished done = run("join first.t4d second.t4d -o out.t4d");
   EXPECT_EQ(done.exitCode, 3) << done.err;
   EXPECT_THAT(done.err, HasSubstr("member 'acme:project' of the metadata"));
   EXPECT_EQ(chunksOf(at("out.t4d")), (Chunks{{"note", "a"}, {"note", "b"}, {"note", "c"}}));
@@ -270,7 +236,7 @@ TEST_F(Editors, JoinKeepsWhatTheFilesAgreeOn) {
 
   other.attributes["force"].kind = "point";
   write("third.t4d", other, {}, 1);
-  const Ended unlike = run("join first.t4d third.t4d -o unlike.t4d");
+  const Finished unlike = run("join first.t4d third.t4d -o unlike.t4d");
   EXPECT_EQ(unlike.exitCode, 4);
   EXPECT_THAT(unlike.err, HasSubstr("its attribute 'force'"));
   other = metadata();
@@ -285,7 +251,7 @@ TEST_F(Editors, TransformMapsAttributesByTheirKinds) {
   const auto near = [](const std::vector<double>& values) {
     return testing::Pointwise(testing::DoubleNear(1e-12), values);
   };
-  const Ended turned =
+  const Finished turned =
       run("transform in.t4d --scale 2 --rotate 0 0 1 90 --move 0 0 1 "
           "--time-scale 4 -o out.t4d");
   EXPECT_EQ(turned.exitCode, 3) << turned.err;
@@ -300,7 +266,7 @@ TEST_F(Editors, TransformMapsAttributesByTheirKinds) {
   EXPECT_THAT(rows.at("region"), near({7}));
   EXPECT_FALSE(rows.contains("curl"));
 
-  const Ended sheared = run("transform in.t4d --matrix 1 1 0 0 0 1 0 0 0 0 -1 0 -o out.t4d");
+  const Finished sheared = run("transform in.t4d --matrix 1 1 0 0 0 1 0 0 0 0 -1 0 -o out.t4d");
   EXPECT_EQ(sheared.exitCode, 3);
   EXPECT_THAT(sheared.err, HasSubstr("attribute 'force'"));
   EXPECT_THAT(sheared.err, HasSubstr("attribute 'thickness'"));
@@ -310,7 +276,7 @@ TEST_F(Editors, TransformMapsAttributesByTheirKinds) {
   EXPECT_THAT(rows.at("target"), near({3, 2, -3}));
   EXPECT_THAT(rows.at("up"), near({0, 1, 0}));
 
-  const Ended exchanged = run("transform in.t4d --axes xtzy -o out.t4d");
+  const Finished exchanged = run("transform in.t4d --axes xtzy -o out.t4d");
   EXPECT_EQ(exchanged.exitCode, 3);
   EXPECT_THAT(exchanged.err, HasSubstr("space RAS"));
   EXPECT_THAT(exchanged.err, HasSubstr("velocity"));
@@ -327,13 +293,13 @@ TEST_F(Editors, RefuseToWriteWhatVanishesInDoubles) {
         "--scale 1e-160 --matrix 1e-160 0 0 0 0 1e-160 0 0 0 0 1e-160 0", "--time-scale 1e-300",
         "--time-scale 1e-320", "--scale 1e80", "--scale 1 1e-90 1", "--time-scale 1e80",
         "--time-shift 1e20", "--move 1e17 0 0"}) {
-    const Ended done = run(std::string("transform in.t4d -o out.t4d ") + map);
+    const Finished done = run(std::string("transform in.t4d -o out.t4d ") + map);
     EXPECT_EQ(done.exitCode, 4) << map << ": " << done.err;
     EXPECT_FALSE(fs::exists(at("out.t4d"))) << map;
   }
   for (const char* map : {"--scale 1e-60", "--time-scale 1e-60", "--scale 1e69", "--scale -1e-69",
                           "--matrix 1 1e9 0 0 0 1 0 0 0 0 1 0"}) {
-    const Ended done = run(std::string("transform in.t4d -o out.t4d ") + map);
+    const Finished done = run(std::string("transform in.t4d -o out.t4d ") + map);
     EXPECT_EQ(done.exitCode, 0) << map << ": " << done.err;
     EXPECT_EQ(run("validate out.t4d").exitCode, 0) << map;
   }

@@ -1,0 +1,237 @@
+#include <filesystem>
+#include <string>
+
+#include <gmock/gmock.h>
+
+#include "tools/program/tests/program.h"
+
+/// `t4d sweep` of what moves by itself: series of meshes, point caches, glTF, COLLADA and USD.
+namespace t4d::tools {
+namespace {
+
+/// A box of 2 x 3 x 4 cm that moves for a second, turns by 90 degrees in the next, and by as much
+/// in the two after it.
+constexpr const char* kMovingBox = R"(<?xml version="1.0" encoding="utf-8"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><created>2020-01-01T00:00:00</created><modified>2020-01-01T00:00:00</modified>
+<unit name="centimetre" meter="0.01"/><up_axis>Z_UP</up_axis></asset>
+<library_geometries><geometry id="g" name="g"><mesh><source id="p">
+<float_array id="pa" count="24">0 0 0 2 0 0 0 3 0 2 3 0 0 0 4 2 0 4 0 3 4 2 3 4</float_array>
+<technique_common><accessor source="#pa" count="8" stride="3"><param name="X" type="float"/>
+<param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+<polylist count="6"><input semantic="VERTEX" source="#v" offset="0"/><vcount>4 4 4 4 4 4</vcount>
+<p>0 2 3 1 4 5 7 6 0 1 5 4 2 6 7 3 0 4 6 2 1 3 7 5</p></polylist></mesh></geometry>
+</library_geometries><library_animations><animation id="r">
+<source id="rt"><float_array id="rta" count="4">0 1 2 4</float_array><technique_common>
+<accessor source="#rta" count="4" stride="1"><param name="TIME" type="float"/></accessor>
+</technique_common></source>
+<source id="rv"><float_array id="rva" count="4">0 0 90 180</float_array><technique_common>
+<accessor source="#rva" count="4" stride="1"><param name="ANGLE" type="float"/></accessor>
+</technique_common></source>
+<source id="xv"><float_array id="xva" count="4">0 3 3 3</float_array><technique_common>
+<accessor source="#xva" count="4" stride="1"><param name="X" type="float"/></accessor>
+</technique_common></source>
+<source id="i"><Name_array id="ia" count="4">LINEAR LINEAR LINEAR LINEAR</Name_array>
+<technique_common><accessor source="#ia" count="4" stride="1">
+<param name="INTERPOLATION" type="name"/></accessor></technique_common></source>
+<sampler id="rs"><input semantic="INPUT" source="#rt"/><input semantic="OUTPUT" source="#rv"/>
+<input semantic="INTERPOLATION" source="#i"/></sampler>
+<sampler id="xs"><input semantic="INPUT" source="#rt"/><input semantic="OUTPUT" source="#xv"/>
+<input semantic="INTERPOLATION" source="#i"/></sampler>
+<channel source="#rs" target="box/turn.ANGLE"/><channel source="#xs" target="box/at.X"/>
+</animation></library_animations>
+<library_visual_scenes><visual_scene id="s" name="s"><node id="box" name="box">
+<translate sid="at">0 5 7</translate><rotate sid="turn">0 0 1 0</rotate>
+<instance_geometry url="#g"/></node></visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#s"/></scene></COLLADA>
+)";
+
+TEST_F(Program, DeformationsAreSwept) {
+  const json series = run("sweep fx/bending_*.obj --frame-time 0.25 -o series.t4d --json").value();
+  // 288 vertices, 864 edges, 576 triangles, 8 steps.
+  EXPECT_EQ(series["steps"], 8);
+  EXPECT_EQ(series["tetrahedra"],
+            14 * 576 * 8 + int(series["cap_tetrahedra"][0]) + int(series["cap_tetrahedra"][1]));
+  EXPECT_EQ(series["folds"], json({{"prisms", 0}, {"steps", 0}, {"first", json::array()}}));
+  EXPECT_EQ(series["crossings"],
+            json({{"pairs", 0}, {"steps", 0}, {"unfinished_steps", 0}, {"first", json::array()}}));
+  ASSERT_EQ(run("sweep fx/bending_0.obj fx/bending.pc2 --times 0:2 -o cached.t4d").exitCode, 0);
+  for (const char* file : {"series.t4d", "cached.t4d"}) {
+    const json judged = run(std::string("validate --deep --json ") + file).value();
+    EXPECT_EQ(judged["valid"], true) << file;
+    // The bending does not change the volume, nor does the interpolation.
+    EXPECT_NEAR(double(judged["hypervolume"]),
+                2 * double(run("slice series.t4d --time 0 --json").value()["volume"]), 1e-2);
+    const json slice = run("slice " + std::string(file) + " --time 0.5 --json").value();
+    EXPECT_EQ(slice["triangles"], 576);
+    EXPECT_EQ(slice["closed"], true);
+  }
+  refuses("sweep fx/bending_[025].obj --frame-time 1 -o out.t4d", "number 1 is missing");
+  refuses("sweep fx/bending_0.obj fx/torus.obj --frame-time 1 -o out.t4d", "torus.obj: has ");
+  const Finished oneApart = run("sweep fx/bending_*.obj -o one-apart.t4d");
+  EXPECT_EQ(oneApart.exitCode, 0);
+  EXPECT_THAT(oneApart.err, testing::HasSubstr("frames are taken to be 1 apart"));
+  refuses("sweep fx/cube.obj fx/bending.pc2 -o out.t4d", "bending.pc2: has 288 points");
+  misused("sweep fx/bending_0.obj -o out.t4d", "--motion is required");
+  misused("sweep fx/bending.pc2 fx/bending_0.obj -o out.t4d", "a point cache");
+  misused("sweep fx/bending_0.obj fx/bending.pc2 --times 2:1 -o out.t4d", "'2:1' is not A:B");
+  misused("sweep fx/bending_0.obj fx/bending.pc2 --steps 3 -o out.t4d", "--rv-min, --steps");
+  misused("sweep fx/bending_[01].obj -m fx/rest.json -o out.t4d", "--motion is for one solid");
+  misused("sweep fx/cube.obj -m fx/rest.json --between midpoint -o out.t4d",
+          "--mask and --between are for --backend voxel4d");
+  misused("compare a.t4d b.t4d --between distance", "are for one solid; two .t4d files");
+  misused("sweep fx/bending_[01].obj --backend voxel4d --voxel-size 1 -o out.t4d",
+          "needs --motion");
+}
+
+TEST_F(Program, FoldsOfADeformationAreReported) {
+  // The solid turns inside out.
+  write("in.obj", "v -1 -1 -1\nv 2 0 0\nv 0 2 0\nv 0 0 2\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  write("out.obj", "v 1 1 1\nv -2 0 0\nv 0 -2 0\nv 0 0 -2\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  const Finished done = run("sweep in.obj out.obj --times 1:3 --caps cone -o turned.t4d --json");
+  EXPECT_EQ(done.exitCode, 0);
+  EXPECT_NE(done.err.find("4 prisms in 1 of 1 steps fold"), std::string::npos) << done.err;
+  const json folds = done.value()["folds"];
+  EXPECT_EQ(folds["prisms"], 4);
+  EXPECT_EQ(folds["first"][0]["time"], json::array({1, 3}));
+  EXPECT_EQ(folds["first"][0]["triangle"], 0);
+}
+
+TEST_F(Program, CrossingsBetweenTheKeysOfADeformationAreReported) {
+  // One tetrahedron of two passes through the other.
+  const std::string faces =
+      "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\nf 5 7 6\nf 5 6 8\nf 5 8 7\nf 6 7 8\n";
+  const std::string still = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+  write("left.obj", still + "v -3 0.1 0.2\nv -2 0.1 0.2\nv -3 1.1 0.2\nv -3 0.1 1.2\n" + faces);
+  write("right.obj", still + "v 3 0.1 0.2\nv 4 0.1 0.2\nv 3 1.1 0.2\nv 3 0.1 1.2\n" + faces);
+  const Finished done = run("sweep left.obj right.obj --times 0:6 -o through.t4d --json");
+  EXPECT_EQ(done.exitCode, 0);
+  EXPECT_NE(done.err.find("in 1 of 1 steps meet between keys"), std::string::npos) << done.err;
+  const json crossings = done.value()["crossings"];
+  EXPECT_GT(crossings["pairs"], 2);
+  EXPECT_EQ(crossings["steps"], 1);
+  const json& first = crossings["first"][0];
+  EXPECT_EQ(first["time"], json::array({0, 6}));
+  EXPECT_GE(first["at"], 2);
+  EXPECT_LE(first["at"], 4);
+  EXPECT_LE(first["triangles"][0], 3);
+  EXPECT_GE(first["triangles"][1], 4);
+  EXPECT_EQ(done.value()["folds"]["prisms"], 0);
+}
+
+TEST_F(Program, WritesAndReadsUsd) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  const auto written = run("flipbook cube.t4d --frames 5 -o f.usda --json").value();
+  EXPECT_EQ(written["files"], json({"f.usda"}));
+  EXPECT_EQ(written["frames"], 5);
+  EXPECT_EQ(run("flipbook cube.t4d --frames 5 -o f.usdz").exitCode, 0);
+  for (const char* file : {"f.usda", "f.usdz"}) {
+    const auto swept = run(std::string("sweep ") + file + " -o again.t4d --json").value();
+    EXPECT_EQ(swept["bodies"][0]["name"], "paper-cube");
+    EXPECT_EQ(run("validate again.t4d --json").value()["valid"], true);
+    // It plays for as long as there are frames after the first.
+    EXPECT_NEAR(run("slice again.t4d --time 0.16666666666666666 --json").value()["volume"], 8000,
+                1e-2);
+  }
+  EXPECT_EQ(run("flipbook cube.t4d -n 2 --rigid -o r.usda").exitCode, 0);
+  EXPECT_EQ(run("sweep r.usda --tolerance 1 -o again.t4d").exitCode, 0);
+  EXPECT_EQ(run("flipbook cube.t4d -n 2 --exact -o e.usda").exitCode, 0);
+  misused("flipbook cube.t4d -n 2 --visibility -o f.usda", "--visibility is for glTF");
+  misused("flipbook cube.t4d -n 2 --quantize 12 -o f.usda", "--quantize: only .glb and .gltf");
+  misused("flipbook cube.t4d -n 2 -o f.usdc", "is not a .glb, .gltf, .usda or .usdz file");
+  misused("sweep f.usda --animation x -o a.t4d",
+          "--animation and --scene are for an animated glTF");
+  refuses("sweep f.usdc -o a.t4d", "f.usdc: no such file");
+  write("b.usdc", "PXR-USDC and more");
+  refuses("sweep b.usdc -o a.t4d", "usdcat --flatten");
+  refuses("sweep b.usdc -m fx/rest.json -o a.t4d", "usdcat --flatten");
+  // A solid, at the first frame.
+  const Finished still = run("sweep f.usda -m fx/rest.json -o a.t4d");
+  EXPECT_EQ(still.exitCode, 3);
+  EXPECT_THAT(still.err, testing::HasSubstr("the animation: meshes are as they are at its first"));
+  EXPECT_EQ(run("frames cube.t4d -n 3 --fps 12 --format usda -o set").exitCode, 0);
+  EXPECT_THAT(contents(folder_ / "set/frames.usda"),
+              testing::HasSubstr("timeCodesPerSecond = 12\n"));
+  EXPECT_EQ(run("slice cube.t4d --time 1 -o one.usdz").exitCode, 0);
+  EXPECT_EQ(run("sweep one.usdz -m fx/rest.json -o a.t4d").exitCode, 0);
+}
+
+TEST_F(Program, ListsWhatItDoesNotTakeOfGltf) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  ASSERT_EQ(run("slice cube.t4d --time 0 -o still.glb").exitCode, 0);
+  ASSERT_EQ(run("flipbook cube.t4d --frames 2 -o moving.glb").exitCode, 0);
+  const std::string lost = "t4d: lost: the animation of 2 nodes: the mesh is as it is at rest\n";
+  for (const std::string verb :
+       {"sweep $ -m fx/rest.json -o a.t4d",
+        "voxelize $ -m fx/rest.json --voxel-size 4 --frames 2 -o a",
+        "compare $ -m fx/rest.json --voxel-size 4 --frames 2 --caps graded"}) {
+    const auto with = [&](const char* model) {
+      return run(std::string(verb).replace(verb.find('$'), 1, model));
+    };
+    const Finished still = with("still.glb");
+    EXPECT_EQ(still.exitCode, 0) << verb << still.err;
+    EXPECT_EQ(still.err, "");
+    const Finished moving = with("moving.glb");
+    EXPECT_EQ(moving.exitCode, 3) << verb << moving.err;
+    EXPECT_THAT(moving.err, testing::HasSubstr(lost));
+  }
+}
+
+TEST_F(Program, ACollectionIsASeriesWithItsTimes) {
+  ASSERT_EQ(run("sweep fx/bending_*.obj --frame-time 0.25 -o mesh.t4d").exitCode, 0);
+  ASSERT_EQ(run("frames mesh.t4d --count 5 --light -o out/a_%d.vtp").exitCode, 0);
+  const Finished swept = run("sweep out/a.pvd -o swept.t4d");
+  EXPECT_EQ(swept.exitCode, 0) << swept.err;
+  EXPECT_THAT(swept.err, testing::Not(testing::HasSubstr("1 apart")));
+  const Finished woven = run("weave out/a.pvd --voxel-size 2 -o woven.t4d");
+  EXPECT_EQ(woven.exitCode, 0) << woven.err;
+  for (const char* name : {"swept.t4d", "woven.t4d"}) {
+    const json info = run(std::string("info --json ") + name).value();
+    EXPECT_EQ(info["time_begin"], 0) << name;
+    EXPECT_EQ(info["time_end"], 2) << name;
+  }
+  ASSERT_EQ(run("weave out/a.pvd --voxel-size 2 --frame-time 3 -o woven.t4d").exitCode, 0);
+  EXPECT_EQ(run("info --json woven.t4d").value()["time_end"], 12);
+  for (const char* command :
+       {"weave out/a.pvd -o out.t4d", "weave out/a.pvd out/a_0.vtp --voxel-size 2 -o out.t4d",
+        "weave out/a.pvd --voxel-size 2 --start-time 1 -o out.t4d",
+        "sweep out/a.pvd out/a_0.vtp -o out.t4d", "sweep out/a.pvd -m fx/rest.json -o out.t4d"}) {
+    EXPECT_EQ(run(command).exitCode, 2) << command;
+    EXPECT_FALSE(fs::exists(folder_ / "out.t4d")) << command;
+  }
+  // A mesh that is missing is found before the others are woven.
+  ASSERT_EQ(shell("rm out/a_3.vtp"), 0);
+  for (const char* command :
+       {"weave out/a.pvd --voxel-size 2 -o out.t4d", "sweep out/a.pvd -o out.t4d"}) {
+    const Finished refused = run(command);
+    EXPECT_EQ(refused.exitCode, 4) << command;
+    EXPECT_EQ(refused.err, "t4d: out/a.pvd:8: names the file 'a_3.vtp': no such file\n") << command;
+  }
+}
+
+TEST_F(Program, ColladaIsSwept) {
+  if (run("formats").out.find("COLLADA") == std::string::npos) GTEST_SKIP() << "without Assimp";
+  write("box.dae", kMovingBox);
+  const Finished swept = run("sweep box.dae --tolerance 1e-5 -o box.t4d --json");
+  EXPECT_EQ(swept.err, "");
+  EXPECT_EQ(swept.value()["bodies"][0]["name"], "box");
+  const json report = run("validate box.t4d --deep --json").value();
+  EXPECT_TRUE(report["valid"] && report["closed"] && report["oriented"]);
+  // 24 cm^3 for 4 s. Steps that turn by a lose (1 - cos a) / 3 of it, and the tolerance keeps a
+  // below 0.048.
+  const double whole = 96e-6;
+  EXPECT_LE(report["hypervolume"].get<double>(), whole * (1 + 1e-6));
+  EXPECT_GE(report["hypervolume"].get<double>(), whole * (1 - 4e-4));
+  const json info = run("info box.t4d --json").value();
+  EXPECT_EQ(info["time_end"], 4);
+  EXPECT_EQ(info["length_unit"], "m");
+  EXPECT_EQ(info["time_unit"], "s");
+  // At a key it is the box, turned by 90 degrees.
+  EXPECT_NEAR(run("slice box.t4d --time 2 --json").value()["volume"], 24e-6, 1e-11);
+  write("box.dae", std::string(kMovingBox).substr(0, 1500));
+  refuses("sweep box.dae -o out.t4d", "box.dae: ");
+}
+
+}  // namespace
+}  // namespace t4d::tools

@@ -1,0 +1,112 @@
+#include <filesystem>
+#include <string>
+
+#include "tools/program/tests/program.h"
+
+/// `t4d join` of meshes.
+namespace t4d::tools {
+namespace {
+
+TEST_F(Program, JoinsTheHalvesThatTwoProcessesSweep) {
+  const std::string sweep = "sweep fx/torus.obj --motion fx/several-segments.json --caps cone ";
+  ASSERT_EQ(run(sweep + "-o whole.t4d").exitCode, 0);
+  const auto part = [&](const std::string& which, const std::string& output) {
+    return "$t4d " + sweep + "--part " + which + " -o " + output + " > /dev/null 2>&1";
+  };
+  ASSERT_EQ(shell("{ " + part("1/2", "a.t4d") + " & " + part("2/2", "b.t4d") + " && wait $!; }"),
+            0);
+  EXPECT_EQ(run("validate a.t4d").exitCode, 4);
+  const Finished joined = run("join a.t4d b.t4d -o joined.t4d --json");
+  ASSERT_EQ(joined.exitCode, 0) << joined.err;
+  EXPECT_EQ(joined.value()["bytes"], fs::file_size(folder_ / "joined.t4d"));
+  const json whole = run("validate whole.t4d --json").value();
+  EXPECT_EQ(run("validate joined.t4d --json").value(), whole);
+  for (const char* time : {"0.1", "1", "2.3"}) {
+    ASSERT_EQ(run(std::string("slice whole.t4d -o whole.ply --time ") + time).exitCode, 0);
+    ASSERT_EQ(run(std::string("slice joined.t4d -o joined.ply --time ") + time).exitCode, 0);
+    EXPECT_EQ(contents(folder_ / "whole.ply"), contents(folder_ / "joined.ply"));
+  }
+  // A pipe, with or without a name, gives the results of the file.
+  EXPECT_EQ(run("validate - --json < joined.t4d").value(), whole);
+  ASSERT_EQ(shell("mkfifo pipe && (cat joined.t4d > pipe &) && $t4d validate pipe > /dev/null"), 0);
+  json info = run("info joined.t4d --slabs --json").value();
+  EXPECT_EQ(run("info - --slabs --json < joined.t4d").value(), info);
+
+  // A manifest joins without copying: it is a file in parts, which every verb reads.
+  const Finished named = run("join a.t4d b.t4d --manifest -o parts.t4dm --json");
+  ASSERT_EQ(named.exitCode, 0) << named.err;
+  EXPECT_EQ(named.value()["bytes"], fs::file_size(folder_ / "parts.t4dm"));
+  EXPECT_EQ(named.value()["vertices"], joined.value()["vertices"]);
+  EXPECT_EQ(run("validate parts.t4dm --json").value(), whole);
+  for (const std::string verb :
+       {"slice --time 1.3 -o made.ply", "slice --x 0 -o made.ply", "frames -n 1 -o made.%d.stl",
+        "transform --scale 2 -o made.t4d", "compress -o made.t4d",
+        "filter --from 0.4 --to 1.9 -o made.t4d", "convert made.off"}) {
+    const std::size_t space = verb.find(' ');
+    const auto made = [&](const std::string& input) {
+      const Finished done =
+          run(verb.substr(0, space) + " " + input + verb.substr(space) + " --json");
+      EXPECT_TRUE(done.exitCode == 0 || done.exitCode == 3) << verb << ": " << done.err;
+      const std::string name = verb.substr(verb.rfind("made."));
+      return contents(folder_ / (name == "made.%d.stl" ? "made.0.stl" : name));
+    };
+    EXPECT_EQ(made("parts.t4dm"), made("joined.t4d")) << verb;
+  }
+  for (const std::string verb : {"measure", "quality", "info --slabs", "du"}) {
+    json one = run(verb + " joined.t4d --json").value();
+    json parts = run(verb + " parts.t4dm --json").value();
+    // The parts have a HEAD, an index and so on each.
+    for (json* value : {&one, &parts}) {
+      for (const char* name : {"bytes", "chunks", "other_bytes", "bytes_per_tetrahedron", "file"}) {
+        value->erase(name);
+      }
+    }
+    EXPECT_EQ(parts, one) << verb;
+  }
+  EXPECT_EQ(run("diff parts.t4dm joined.t4d --json").value()["level"], "mesh");
+  ASSERT_EQ(run("join parts.t4dm -o again.t4d").exitCode, 0);
+  EXPECT_EQ(contents(folder_ / "again.t4d"), contents(folder_ / "joined.t4d"));
+  refuses("join a.t4d b.t4d -o no.t4dm", "add --manifest", 2);
+  refuses("join a.t4d b.t4d --manifest -o no.t4d", "ends in .t4dm", 2);
+  refuses("join a.t4d --manifest -o fx/no.t4dm", "is not in the folder of", 2);
+  refuses(sweep + "-o no.t4dm", "has the name of another format", 2);
+  refuses("recover parts.t4dm -o no.t4d", "is a file in parts");
+  ASSERT_EQ(run("view parts.t4dm -o parts.html --json").exitCode, 0);
+  fs::rename(folder_ / "b.t4d", folder_ / "away.t4d");
+  refuses("slice parts.t4dm --time 1 -o no.ply", "b.t4d: cannot open");
+  fs::copy(folder_ / "a.t4d", folder_ / "b.t4d");
+  refuses("slice parts.t4dm --time 1 -o no.ply", "b.t4d: is not the part that parts.t4dm");
+  fs::rename(folder_ / "away.t4d", folder_ / "b.t4d");
+
+  refuses("join b.t4d a.t4d -o no.t4d", "cannot be joined after b.t4d");
+  refuses("join a.t4d a.t4d -o no.t4d", "the body 'torus' begins at time");
+  refuses("join a.t4d fx/torus.obj -o no.t4d", "torus.obj: byte 0: is not a .t4d file");
+  refuses("join a.t4d b.t4d -o a.t4d", "is the input itself", 2);
+  refuses("join -o no.t4d", "name the files to join", 2);
+
+  // Two processes join into one file.
+  ASSERT_EQ(run("join a.t4d b.t4d --plan -o shared.t4d").exitCode, 0);
+  EXPECT_EQ(run("join -o shared.t4d --most-parts").value()["parts"], 2);
+  refuses("join a.t4d b.t4d --plan -o shared.t4d", "is planned already", 1);
+  refuses("join -o shared.t4d --part 1/3", "there are 2 files to join, too few", 2);
+  refuses("join -o shared.t4d --finish", "2 of 2 files are not copied yet: a.t4d, b.t4d");
+  refuses("join a.t4d -o shared.t4d --finish", "name none", 2);
+  refuses("join a.t4d --plan --manifest -o no.t4dm", "exclude each other", 2);
+  refuses("join -o no.t4d --finish", "no join into this file is planned");
+  refuses("join -o - --finish", "name a file", 2);
+  const auto copy = [](const std::string& which) {
+    return "$t4d join -q -o shared.t4d --part " + which;
+  };
+  ASSERT_EQ(shell("{ " + copy("1/2") + " & " + copy("2/2") + " && wait $!; }"), 0);
+  EXPECT_FALSE(fs::exists(folder_ / "shared.t4d"));
+  EXPECT_EQ(run("join -o shared.t4d --finish --json").value(), joined.value());
+  EXPECT_EQ(contents(folder_ / "shared.t4d"), contents(folder_ / "joined.t4d"));
+  EXPECT_FALSE(fs::exists(folder_ / "shared.t4d.joining"));
+  refuses(sweep + "--part 3/2 -o no.t4d", "'3/2' is not K/N", 2);
+  refuses(sweep + "--part 1/2 --center -o no.t4d", "--part and --center", 2);
+  refuses(sweep + "--steps 1 --part 1/1000 -o no.t4d", "too few for 1000 parts");
+  refuses("slice - --time 1 -o no.ply", "standard input: slabs are read at their offsets");
+}
+
+}  // namespace
+}  // namespace t4d::tools
