@@ -138,19 +138,29 @@ function(t4d_add_program name)
   endif()
 endfunction()
 
-# t4d_add_test(<name> SOURCES ... LINK ... [PRECOMPILED <set>]): a GoogleTest program; each TEST is
-# one ctest test.
+# Build all tests, or those that read files: targets of the presets asan and asan-readers.
+if(T4D_BUILD_TESTS)
+  add_custom_target(all_tests)
+  add_custom_target(reader_tests)
+endif()
+
+# t4d_add_test(<name> SOURCES ... LINK ... [PRECOMPILED <set>] [READS_FILES]): a GoogleTest program;
+# each TEST is one ctest test. READS_FILES: it gives the library files, or bytes of them, to read.
 function(t4d_add_test name)
   if(NOT T4D_BUILD_TESTS)
     return()
   endif()
-  cmake_parse_arguments(ARG "" "PRECOMPILED" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(ARG "READS_FILES" "PRECOMPILED" "SOURCES;LINK" ${ARGN})
   t4d_missing_component(missing ${ARG_LINK})
   if(missing)
     message(STATUS "${name} is left out: it needs t4d::${missing}")
     return()
   endif()
   add_executable(${name} ${ARG_SOURCES})
+  add_dependencies(all_tests ${name})
+  if(ARG_READS_FILES)
+    add_dependencies(reader_tests ${name})
+  endif()
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR}/generated)
   target_link_libraries(${name} PRIVATE ${ARG_LINK} fmt::fmt GTest::gtest GTest::gmock GTest::gtest_main)
   t4d_own_code(${name})

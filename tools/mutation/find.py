@@ -1,7 +1,7 @@
 """Finds the mutants of C++ sources in clang's syntax trees.
 
 Left out: what the compiler evaluates, since a mutant is chosen at run time; messages of errors and
-what becomes part of them; calls that change only speed and memory; `return pass(error)`, which
+what becomes part of them; calls that change only speed and memory; `return call.error()`, which
 hands on the error of a call, and the conditions of these.
 """
 
@@ -45,8 +45,8 @@ TEXT_TYPE = re.compile(r"^(const )?(t4d::Error\b|std::(__cxx11::)?basic_string<)
 SPEED_OR_PROGRESS = re.compile(
     r"reserve|shrink_to_fit|giveBackFreedMemory|madvise|prefetch|[pP]rogress|assert")
 SYMMETRIC = re.compile(r"operator|min|max|minmax|hypot|swap|midpoint|gcd|lcm|dot")
-MESSAGE = re.compile(rb"return\s+(\w+(\.|->|::))*(pass|invalid|damaged\w*|fail\w*|unsupported)\(")
-PASSED = re.compile(rb"return\s+pass\(")
+MESSAGE = re.compile(rb"return\s+(\w+(\.|->|::))*(invalid|damaged\w*|fail\w*|unsupported)\(")
+PASSED = re.compile(rb"return\s+([^;?]*(\.|->)error\(\)|\*?(\w*E|e)rror_?)\s*(;|$)")
 TEXT = re.compile(rb"return\s+fmt::format\(")
 PROGRESS = re.compile(r"\w+\(progress_?,")
 
