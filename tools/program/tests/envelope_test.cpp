@@ -62,11 +62,12 @@ TEST_F(Program, PartsOfTheFieldsOfAnEnvelopeJoinToTheWhole) {
     for (const std::string& name : names) text += fmt::format(" --{0} {0}{1}.vdb", name, suffix);
     return text;
   };
-  for (const std::string size : {"--voxel-size 1.5", ""}) {
+  // The size of voxels is given, or follows from the memory.
+  for (const std::string size : {"--voxel-size 1.5", "--max-memory 0.05"}) {
     const std::string envelope = "envelope turning.t4d --json " + size;
     const json whole = run(envelope + options("")).value();
     const int most = run(envelope + " --most-parts").value()["parts"];
-    for (const int count : size.empty() ? std::vector{2} : std::vector{1, 3, most}) {
+    for (const int count : {1, 3, most}) {
       std::map<std::string, std::string> parts;
       for (int k = count; k >= 1; --k) {
         const std::string suffix = fmt::format("-{}", k);
@@ -231,7 +232,7 @@ TEST_F(Program, EnvelopeStatesHowFarTheMeshIsFromTheMotion) {
   ASSERT_EQ(run("sweep fx/cube.obj -m fx/rest.json -o still.t4d").exitCode, 0);
   ASSERT_EQ(run("transform still.t4d --move 500 0 0 -o far.t4d").exitCode, 0);
   const json pair = run("collide turning.t4d far.t4d --ignore-units --json").value()["pairs"][0];
-  const json near = run("envelope turning.t4d --json").value();
+  const json near = run("envelope turning.t4d --voxel-size 1 --json").value();
   EXPECT_GT(near["chord_bound"].get<double>(), 0);
   EXPECT_EQ(near["chord_bound"], pair["chord_bound"]);
   EXPECT_EQ(near["outside"], false);
@@ -239,14 +240,15 @@ TEST_F(Program, EnvelopeStatesHowFarTheMeshIsFromTheMotion) {
   EXPECT_EQ(run("envelope still.t4d --json").value()["chord_bound"], 0);
   // Rounded coordinates are beside the motion, too.
   ASSERT_EQ(run("compress far.t4d --precision float32 -o single.t4d").exitCode, 0);
-  const double rounding = run("envelope single.t4d --json").value()["chord_bound"];
+  const double rounding = run("envelope single.t4d --voxel-size 1 --json").value()["chord_bound"];
   EXPECT_GT(rounding, 0x1p-24 * 500);
   EXPECT_LT(rounding, 1e-3);
   const json rounded = run("collide turning.t4d single.t4d --ignore-units --json").value();
   EXPECT_NEAR(rounded["pairs"][0]["chord_bound"], double(near["chord_bound"]) + rounding, 1e-12);
-  EXPECT_THAT(run("envelope turning.t4d").out, testing::HasSubstr("of the motion"));
+  EXPECT_THAT(run("envelope turning.t4d --voxel-size 1").out, testing::HasSubstr("of the motion"));
   for (const std::string format : {"ply", "stl", "glb"}) {
-    const Finished made = run("envelope turning.t4d --outside --json -o out2." + format);
+    const Finished made =
+        run("envelope turning.t4d --voxel-size 1 --outside --json -o out2." + format);
     EXPECT_EQ(made.exitCode, 0) << made.err;
     const json outside = made.value();
     EXPECT_GT(outside["volume"], near["volume"]);
@@ -254,7 +256,7 @@ TEST_F(Program, EnvelopeStatesHowFarTheMeshIsFromTheMotion) {
     EXPECT_EQ(outside["self_intersections"], 0);
     EXPECT_EQ(run("mend out2." + format + " -o again.ply --json").value()["changes"].size(), 0U);
   }
-  EXPECT_THAT(run("envelope turning.t4d --outside").out,
+  EXPECT_THAT(run("envelope turning.t4d --voxel-size 1 --outside").out,
               testing::HasSubstr("contains the motion for certain"));
   misused("envelope turning.t4d --outside --exact", "--outside");
   misused("envelope turning.t4d --inflate 1 --exact", "--inflate");
@@ -271,7 +273,7 @@ TEST_F(Program, EnvelopeStatesHowFarTheMeshIsFromTheMotion) {
                 "--frames 3 -o voxels.t4d")
                 .exitCode,
             0);
-  const Finished unknown = run("envelope voxels.t4d --outside --json");
+  const Finished unknown = run("envelope voxels.t4d --voxel-size 1 --outside --json");
   EXPECT_EQ(unknown.exitCode, 3);
   EXPECT_THAT(unknown.err, testing::HasSubstr("lost: it is certain for the mesh as it is"));
   EXPECT_TRUE(unknown.value()["chord_bound"].is_null());

@@ -211,8 +211,9 @@ TEST_F(Program, PipesAreNoInputsButOfFilesThatAreReadOnce) {
       std::string line = command;
       for (auto at = line.find('P'); at != line.npos; at = line.find('P'))
         line.replace(at, 1, pipe);
-      EXPECT_GT(shell("timeout 10 $t4d " + line + " > /dev/null 2> err"), 0) << line;
-      EXPECT_LT(shell("timeout 10 $t4d " + line + " > /dev/null 2> err"), 124) << line;
+      const int exitCode = shell("timeout 10 $t4d " + line + " > /dev/null 2> err");
+      EXPECT_GT(exitCode, 0) << line;
+      EXPECT_LT(exitCode, 124) << line;
     }
   }
 }
