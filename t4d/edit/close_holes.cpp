@@ -6,7 +6,7 @@
 
 #include "t4d/edit/fill_hole.h"
 #include "t4d/edit/mend_steps.h"
-#include "t4d/edit/surface_edges.h"
+#include "t4d/model/surface_edges.h"
 
 namespace t4d::edit {
 namespace {
@@ -24,7 +24,7 @@ double widthOf(const TriangleMesh& mesh, const std::vector<std::uint32_t>& loop)
 }
 
 /// For each side of a loop, the third vertex of a triangle that has it.
-std::vector<std::uint32_t> apexesOf(const TriangleMesh& mesh, const SurfaceEdges& edges,
+std::vector<std::uint32_t> apexesOf(const TriangleMesh& mesh, const model::SurfaceEdges& edges,
                                     const std::vector<std::uint32_t>& loop) {
   std::vector<std::uint32_t> apexes;
   apexes.reserve(loop.size());
@@ -32,7 +32,7 @@ std::vector<std::uint32_t> apexesOf(const TriangleMesh& mesh, const SurfaceEdges
     const std::uint32_t from = loop[i];
     const auto [low, high] = std::minmax({from, loop[(i + 1) % loop.size()]});
     const auto edge = std::ranges::lower_bound(edges.edges, std::pair{low, high}, {},
-                                               [](const EdgeSides& candidate) {
+                                               [](const model::EdgeSides& candidate) {
                                                  return std::pair{candidate.low, candidate.high};
                                                });
     const auto begin = edges.sides.begin() + edge->begin;
@@ -47,7 +47,7 @@ std::vector<std::uint32_t> apexesOf(const TriangleMesh& mesh, const SurfaceEdges
 
 Result<void> fillHoles(TriangleMesh& mesh, const MendSurfaceOptions& options,
                        const model::UnitScale& scale, Changes& changes) {
-  const SurfaceEdges edges = edgesOf(mesh);
+  const model::SurfaceEdges edges = model::edgesOf(mesh.triangles);
   const auto loops = boundaryLoops(mesh, edges);
   double widest = 0;
   std::size_t tooWide = 0;

@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 
 #include "t4d/edit/mend_steps.h"
-#include "t4d/edit/surface_edges.h"
+#include "t4d/model/surface_edges.h"
 #include "t4d/model/union_find.h"
 
 namespace t4d::edit {
@@ -15,15 +15,15 @@ using model::TriangleMesh;
 
 /// Drops parts between edges with an odd number of triangles. Returns how many triangles.
 std::size_t dropStrayOnce(TriangleMesh& mesh) {
-  const SurfaceEdges edges = edgesOf(mesh);
-  const auto countOf = [](const EdgeSides& edge) { return edge.end - edge.begin; };
-  const auto isOdd = [&](const EdgeSides& edge) { return countOf(edge) % 2 != 0; };
+  const model::SurfaceEdges edges = model::edgesOf(mesh.triangles);
+  const auto countOf = [](const model::EdgeSides& edge) { return edge.end - edge.begin; };
+  const auto isOdd = [&](const model::EdgeSides& edge) { return countOf(edge) % 2 != 0; };
   if (std::ranges::none_of(edges.edges,
                            [&](const auto& edge) { return isOdd(edge) && countOf(edge) > 2; })) {
     return 0;
   }
   model::UnionFind parts(mesh.triangles.size());
-  for (const EdgeSides& edge : edges.edges) {
+  for (const model::EdgeSides& edge : edges.edges) {
     if (countOf(edge) != 2) continue;
     parts.unite(edges.sides[edge.begin] / 3, edges.sides[edge.begin + 1] / 3);
   }
@@ -44,7 +44,7 @@ std::size_t dropStrayOnce(TriangleMesh& mesh) {
   }
   std::vector<std::uint32_t> roots;
   for (std::uint32_t e = 0; e < edges.edges.size(); ++e) {
-    const EdgeSides& edge = edges.edges[e];
+    const model::EdgeSides& edge = edges.edges[e];
     if (countOf(edge) == 2) continue;
     roots.clear();
     for (std::uint32_t i = edge.begin; i < edge.end; ++i) {

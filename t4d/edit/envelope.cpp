@@ -15,7 +15,6 @@
 #include "t4d/measure/surface_genus.h"
 #include "t4d/measure/visit_lattice.h"
 #include "t4d/model/progress.h"
-#include "t4d/model/union_find.h"
 
 namespace t4d::edit {
 namespace {
@@ -115,21 +114,6 @@ std::optional<double> fittingVoxelSize(const TriangleMesh& surface, double size,
 std::string fittingText(const TriangleMesh& surface, double size, const EnvelopeOptions& options) {
   const auto fitting = fittingVoxelSize(surface, size, options);
   return fitting ? fmt::format("{} fits", *fitting) : "no voxel size fits";
-}
-
-/// The number of parts of a silhouette, and so the most of an envelope: each part of the solid in
-/// space-time passes through a connected place.
-std::uint64_t partsOf(const TriangleMesh& surface) {
-  model::UnionFind parts(surface.vertices.size());
-  std::vector<bool> used(surface.vertices.size());
-  for (const auto& [a, b, c] : surface.triangles) {
-    parts.unite(a, b);
-    parts.unite(b, c);
-    used[a] = used[b] = used[c] = true;
-  }
-  std::uint64_t count = 0;
-  for (std::uint32_t i = 0; i < used.size(); ++i) count += used[i] && parts.root(i) == i ? 1 : 0;
-  return count;
 }
 
 TriangleMesh roundedTo(const EnvelopeOptions& options, TriangleMesh mesh) {
@@ -278,7 +262,8 @@ std::vector<std::string> lossesOf(const Silhouette& silhouette, const Envelope& 
                     "solid has {:.6g} already at one time",
                     size, envelope.volume, silhouette.solidVolume));
   }
-  const std::uint64_t parts = partsOf(silhouette.surface);
+  // Each part of the solid in space-time passes through a connected place.
+  const std::size_t parts = measure::surfacesOf(silhouette.surface).size();
   if (envelope.components > parts) {
     losses.push_back(fmt::format(
         "voxels of {} are too large: the envelope is in {} pieces, but no more than {} can be",

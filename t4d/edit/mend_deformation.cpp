@@ -8,9 +8,9 @@
 
 #include "t4d/edit/mend_steps.h"
 #include "t4d/edit/surface_crossings.h"
-#include "t4d/edit/surface_edges.h"
 #include "t4d/measure/surface_distance.h"
 #include "t4d/model/surface_check.h"
+#include "t4d/model/surface_edges.h"
 
 namespace t4d::edit {
 namespace {
@@ -124,7 +124,7 @@ Result<MendSurfaceReport> mendDeformation(TriangleMesh& mesh,
   }
   const bool nested = faceOutward(work, report.changes);
   if (auto good = checkNothingToMove(work, nested); !good) return good.error();
-  report.components = componentsOf(work, matesOf(work, edgesOf(work))).size();
+  report.components = componentsOf(work, matesOf(work, model::edgesOf(work.triangles))).size();
   for (std::size_t i = 0; i < kept.size(); ++i) work.vertices[i] = before.vertices[kept[i]];
   if (!report.changes.empty()) {
     constexpr double kTolerance = 1e-4;

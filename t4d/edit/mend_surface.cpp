@@ -9,8 +9,8 @@
 #include "t4d/edit/mend_steps.h"
 #include "t4d/edit/remesh_surface.h"
 #include "t4d/edit/surface_crossings.h"
-#include "t4d/edit/surface_edges.h"
 #include "t4d/measure/surface_distance.h"
+#include "t4d/model/surface_edges.h"
 
 namespace t4d::edit {
 namespace {
@@ -175,7 +175,7 @@ Result<MendSurfaceReport> mendSurface(TriangleMesh& mesh, const MendSurfaceOptio
     if (!sound) return sound.error();
     if (!*sound) return fail(ErrorCode::Failed, "the new surface has faults");
   }
-  report.components = componentsOf(work, matesOf(work, edgesOf(work))).size();
+  report.components = componentsOf(work, matesOf(work, model::edgesOf(work.triangles))).size();
   for (Point3& vertex : work.vertices) vertex = scale.fromUnit(vertex);
   if (!report.changes.empty()) {
     if (auto near = measureMove(mesh, work, options, report); !near) return near.error();

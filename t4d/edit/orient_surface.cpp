@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 
 #include "t4d/edit/mend_steps.h"
-#include "t4d/edit/surface_edges.h"
 #include "t4d/measure/winding_number.h"
+#include "t4d/model/surface_edges.h"
 #include "t4d/model/union_find.h"
 #include "t4d/model/volume.h"
 
@@ -35,7 +35,7 @@ std::optional<std::size_t> orientBy(TriangleMesh& mesh, const std::vector<std::u
       area[state[triangle] == State::Turned ? 1 : 0] += areaOf(mesh, triangle);
       for (std::uint32_t side = 3 * triangle; side < 3 * triangle + 3; ++side) {
         const std::uint32_t mate = mates[side];
-        if (mate == kNoSide) continue;
+        if (mate == model::kNoSide) continue;
         const bool agrees = fromOf(mesh, side) == toOf(mesh, mate);
         const State expected =
             (state[triangle] == State::Kept) == agrees ? State::Kept : State::Turned;
@@ -81,14 +81,14 @@ int depthOf(const TriangleMesh& mesh, const Component& component,
 }  // namespace
 
 Result<void> orient(TriangleMesh& mesh, Changes& changes) {
-  const SurfaceEdges edges = edgesOf(mesh);
+  const model::SurfaceEdges edges = model::edgesOf(mesh.triangles);
   auto mates = matesOf(mesh, edges);
   auto turned = orientBy(mesh, mates);
   if (!turned) {
     // Where more than two triangles meet, the pairs may be others.
-    for (const EdgeSides& edge : edges.edges) {
+    for (const model::EdgeSides& edge : edges.edges) {
       if (edge.end - edge.begin == 2) continue;
-      for (std::uint32_t i = edge.begin; i < edge.end; ++i) mates[edges.sides[i]] = kNoSide;
+      for (std::uint32_t i = edge.begin; i < edge.end; ++i) mates[edges.sides[i]] = model::kNoSide;
     }
     turned = orientBy(mesh, mates);
   }
@@ -106,7 +106,7 @@ std::vector<Component> componentsOf(const TriangleMesh& mesh,
                                     const std::vector<std::uint32_t>& mates) {
   model::UnionFind sets(mesh.triangles.size());
   for (std::uint32_t side = 0; side < mates.size(); ++side) {
-    if (mates[side] != kNoSide) sets.unite(side / 3, mates[side] / 3);
+    if (mates[side] != model::kNoSide) sets.unite(side / 3, mates[side] / 3);
   }
   std::vector<std::uint32_t> number(mesh.triangles.size(), 0);
   std::vector<Component> components;
@@ -133,7 +133,7 @@ bool faceOutward(TriangleMesh& mesh, Changes& changes) {
     component.volume = -component.volume;
     ++turned;
   };
-  auto components = componentsOf(mesh, matesOf(mesh, edgesOf(mesh)));
+  auto components = componentsOf(mesh, matesOf(mesh, model::edgesOf(mesh.triangles)));
   if (signedVolume(mesh) < 0) std::ranges::for_each(components, turnAll);
   // From the largest on, so that what a component is in has its final orientation.
   std::ranges::sort(components, std::greater(),

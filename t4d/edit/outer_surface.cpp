@@ -16,6 +16,7 @@
 #include <fmt/format.h>
 
 #include "t4d/measure/winding_number.h"
+#include "t4d/model/surface_edges.h"
 #include "t4d/model/union_find.h"
 
 namespace t4d::edit {
@@ -285,29 +286,15 @@ class Arrangement {
 /// Pieces connected across edges that only two have: on each side of a patch the winding number is
 /// the same everywhere.
 model::UnionFind patchesOf(const std::vector<Piece>& pieces) {
-  struct Side {
-    std::uint64_t edge;
-    std::uint32_t piece;
-  };
-  std::vector<Side> sides;
-  sides.reserve(3 * pieces.size());
-  for (std::uint32_t i = 0; i < pieces.size(); ++i) {
-    for (int k = 0; k < 3; ++k) {
-      const std::uint64_t from = pieces[i].corners[k];
-      const std::uint64_t to = pieces[i].corners[(k + 1) % 3];
-      sides.push_back({std::min(from, to) << 32 | std::max(from, to), i});
-    }
-  }
-  std::ranges::sort(sides, [](const Side& a, const Side& b) {
-    return std::tie(a.edge, a.piece) < std::tie(b.edge, b.piece);
-  });
+  std::vector<Triangle> triangles;
+  triangles.reserve(pieces.size());
+  for (const Piece& piece : pieces) triangles.push_back(piece.corners);
+  const model::SurfaceEdges edges = model::edgesOf(triangles);
   model::UnionFind patches(pieces.size());
-  for (std::size_t i = 0; i < sides.size();) {
-    std::size_t end = i + 1;
-    while (end < sides.size() && sides[end].edge == sides[i].edge) ++end;
+  for (const model::EdgeSides& edge : edges.edges) {
     // A piece may be there for several triangles, or stand for the opposite orientation.
-    if (end - i == 2) patches.unite(sides[i].piece, sides[i + 1].piece);
-    i = end;
+    if (edge.end - edge.begin != 2) continue;
+    patches.unite(edges.sides[edge.begin] / 3, edges.sides[edge.begin + 1] / 3);
   }
   return patches;
 }

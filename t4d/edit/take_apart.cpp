@@ -8,8 +8,8 @@
 
 #include "t4d/edit/mend_steps.h"
 #include "t4d/edit/surface_crossings.h"
-#include "t4d/edit/surface_edges.h"
 #include "t4d/model/surface_check.h"
+#include "t4d/model/surface_edges.h"
 #include "t4d/model/union_find.h"
 
 namespace t4d::edit {
@@ -22,9 +22,9 @@ using model::TriangleMesh;
 /// Puts a vertex in the middle of each edge with more than two triangles, so that what meets there
 /// can be taken apart even if it is connected at both ends. Returns how many.
 std::size_t divideNonManifoldEdges(TriangleMesh& mesh) {
-  const SurfaceEdges edges = edgesOf(mesh);
+  const model::SurfaceEdges edges = model::edgesOf(mesh.triangles);
   std::vector<std::pair<std::uint32_t, std::uint32_t>> crowded;
-  for (const EdgeSides& edge : edges.edges) {
+  for (const model::EdgeSides& edge : edges.edges) {
     if (edge.end - edge.begin > 2) crowded.emplace_back(edge.low, edge.high);
   }
   // The triangles around the lower ends, in order; some that have been divided since are no longer.
@@ -60,18 +60,10 @@ std::size_t divideNonManifoldEdges(TriangleMesh& mesh) {
 /// Gives each fan of triangles around a vertex a vertex of its own. Returns the vertices that have
 /// several now, all of them.
 std::vector<std::uint32_t> splitFans(TriangleMesh& mesh, std::size_t& split) {
-  const auto mates = matesOf(mesh, edgesOf(mesh));
+  const auto mates = matesOf(mesh, model::edgesOf(mesh.triangles));
   model::UnionFind fans(mates.size());
-  const auto cornerAt = [&](std::uint32_t triangle, std::uint32_t vertex) {
-    const Triangle& corners = mesh.triangles[triangle];
-    return static_cast<std::uint32_t>(3 * triangle +
-                                      (std::ranges::find(corners, vertex) - corners.begin()));
-  };
   for (std::uint32_t side = 0; side < mates.size(); ++side) {
-    if (mates[side] == kNoSide) continue;
-    for (const std::uint32_t vertex : {fromOf(mesh, side), toOf(mesh, side)}) {
-      fans.unite(cornerAt(side / 3, vertex), cornerAt(mates[side] / 3, vertex));
-    }
+    if (mates[side] != model::kNoSide) uniteCorners(fans, mesh, side, mates[side]);
   }
   constexpr std::uint32_t kNone = ~std::uint32_t{0};
   std::vector<std::uint32_t> firstFan(mesh.vertices.size(), kNone);

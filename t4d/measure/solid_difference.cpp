@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "t4d/model/union_find.h"
+#include "t4d/model/surface_components.h"
 #include "t4d/model/unit_scale.h"
 
 namespace t4d::measure {
@@ -237,13 +237,9 @@ bool boundsOverlap(const Bounds3& a, const Bounds3& b) {
 
 /// The connected components of a closed surface: the component of each vertex, and their bounds.
 /// Vertices of no triangle have none.
-std::pair<std::vector<std::uint32_t>, std::vector<Bounds3>> componentsOf(const TriangleMesh& mesh) {
+std::pair<std::vector<std::uint32_t>, std::vector<Bounds3>> partsOf(const TriangleMesh& mesh) {
   constexpr std::uint32_t kNone = ~0U;
-  model::UnionFind sets(mesh.vertices.size());
-  for (const auto& [p, q, r] : mesh.triangles) {
-    sets.unite(p, q);
-    sets.unite(q, r);
-  }
+  model::UnionFind sets = model::componentsOf(mesh);
   std::vector<std::uint32_t> numberOfRoot(mesh.vertices.size(), kNone);
   std::vector<std::uint32_t> component(mesh.vertices.size(), kNone);
   std::vector<Bounds3> bounds;
@@ -265,8 +261,8 @@ std::pair<std::vector<std::uint32_t>, std::vector<Bounds3>> componentsOf(const T
 /// not lost between the lines of one lattice. One group if there are many parts.
 std::vector<Group> groupsOf(const TriangleMesh& a, const TriangleMesh& b) {
   constexpr std::size_t kMostParts = 256;
-  const auto [componentOfA, boundsOfA] = componentsOf(a);
-  const auto [componentOfB, boundsOfB] = componentsOf(b);
+  const auto [componentOfA, boundsOfA] = partsOf(a);
+  const auto [componentOfB, boundsOfB] = partsOf(b);
   std::vector<Bounds3> parts = boundsOfA;
   parts.insert(parts.end(), boundsOfB.begin(), boundsOfB.end());
   model::UnionFind sets(parts.size());

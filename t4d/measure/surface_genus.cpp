@@ -5,7 +5,7 @@
 #include <functional>
 #include <numeric>
 
-#include "t4d/model/union_find.h"
+#include "t4d/model/surface_components.h"
 
 namespace t4d::measure {
 
@@ -43,13 +43,9 @@ std::vector<std::uint32_t> edgesUp(const model::TriangleMesh& mesh) {
 }  // namespace
 
 std::vector<ConnectedSurface> surfacesOf(const model::TriangleMesh& mesh) {
-  model::UnionFind surfaces(mesh.vertices.size());
+  model::UnionFind surfaces = componentsOf(mesh);
   std::vector<char> used(mesh.vertices.size(), 0);
-  for (const auto& [a, b, c] : mesh.triangles) {
-    surfaces.unite(a, b);
-    surfaces.unite(b, c);
-    used[a] = used[b] = used[c] = 1;
-  }
+  for (const auto& [a, b, c] : mesh.triangles) used[a] = used[b] = used[c] = 1;
 
   const std::vector<std::uint32_t> edges = edgesUp(mesh);
   std::vector<std::int64_t> euler(mesh.vertices.size(), 0);  // at the root of each surface

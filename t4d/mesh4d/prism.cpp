@@ -4,6 +4,7 @@
 #include <array>
 
 #include "t4d/model/corner_attributes.h"
+#include "t4d/model/surface_edges.h"
 
 namespace t4d::mesh4d {
 namespace {
@@ -18,49 +19,31 @@ struct Edges {
   std::vector<std::array<std::uint32_t, 3>> ofTriangle;  // side i is corner i to corner i + 1
 };
 
-Edges edgesOf(const model::TriangleMesh& mesh) {
-  struct Side {
-    std::uint32_t low;
-    std::uint32_t high;
-    std::uint32_t corner;  // 3 * triangle + side
-  };
-  std::vector<Side> sides;
-  sides.reserve(3 * mesh.triangles.size());
-  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
-    for (std::uint32_t side = 0; side < 3; ++side) {
-      const std::uint32_t from = mesh.triangles[i][side];
-      const std::uint32_t to = mesh.triangles[i][(side + 1) % 3];
-      sides.push_back({std::min(from, to), std::max(from, to), 3 * i + side});
-    }
-  }
-  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
-    return std::tie(a.low, a.high, a.corner) < std::tie(b.low, b.high, b.corner);
-  });
-  // The first corner of an edge represents it, so edges are numbered in the order of corners.
-  std::vector<std::uint32_t> firstCorner(sides.size());
-  for (std::size_t i = 0; i < sides.size();) {
-    const Side& first = sides[i];
-    for (; i < sides.size() && sides[i].low == first.low && sides[i].high == first.high; ++i) {
-      firstCorner[sides[i].corner] = first.corner;
+Edges numberedEdges(const model::TriangleMesh& mesh) {
+  // The first side of an edge represents it, so edges are numbered in the order of sides.
+  const model::SurfaceEdges found = model::edgesOf(mesh.triangles);
+  std::vector<std::uint32_t> firstSide(found.sides.size());
+  for (const model::EdgeSides& edge : found.edges) {
+    for (std::uint32_t i = edge.begin; i < edge.end; ++i) {
+      firstSide[found.sides[i]] = found.sides[edge.begin];
     }
   }
   Edges edges;
   edges.ofTriangle.resize(mesh.triangles.size());
-  for (std::uint32_t corner = 0; corner < firstCorner.size(); ++corner) {
-    std::uint32_t& edge = edges.ofTriangle[corner / 3][corner % 3];
-    if (firstCorner[corner] == corner) {
+  for (std::uint32_t side = 0; side < firstSide.size(); ++side) {
+    std::uint32_t& edge = edges.ofTriangle[side / 3][side % 3];
+    if (firstSide[side] == side) {
       edge = static_cast<std::uint32_t>(edges.ends.size());
-      const Triangle& triangle = mesh.triangles[corner / 3];
-      edges.ends.push_back({triangle[corner % 3], triangle[(corner + 1) % 3]});
+      edges.ends.push_back({model::fromOf(mesh, side), model::toOf(mesh, side)});
     } else {
-      edge = edges.ofTriangle[firstCorner[corner] / 3][firstCorner[corner] % 3];
+      edge = edges.ofTriangle[firstSide[side] / 3][firstSide[side] % 3];
     }
   }
   return edges;
 }
 
 Connectivity fourteenCells(const model::TriangleMesh& mesh) {
-  const Edges edges = edgesOf(mesh);
+  const Edges edges = numberedEdges(mesh);
   const auto vertexCount = static_cast<std::uint32_t>(mesh.vertices.size());
   const auto edgeCount = static_cast<std::uint32_t>(edges.ends.size());
   const auto triangleCount = static_cast<std::uint32_t>(mesh.triangles.size());

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "t4d/model/surface_edges.h"
 #include "t4d/model/union_find.h"
 
 namespace t4d::model {
@@ -12,14 +13,6 @@ namespace {
 std::string textOf(const Point3& point) {
   return fmt::format("({}, {}, {})", point.x(), point.y(), point.z());
 }
-
-/// One side of a triangle, from its vertex `corner` to the next.
-struct HalfEdge {
-  std::uint32_t low;
-  std::uint32_t high;
-  std::uint32_t triangle;
-  bool forward;  // the triangle traverses it from low to high
-};
 
 Result<void> checkElements(const TriangleMesh& mesh) {
   if (mesh.triangles.empty()) return invalid("the mesh has no triangles");
@@ -43,50 +36,32 @@ Result<void> checkElements(const TriangleMesh& mesh) {
   return {};
 }
 
-std::vector<HalfEdge> sortedHalfEdges(const TriangleMesh& mesh) {
-  std::vector<HalfEdge> edges;
-  edges.reserve(3 * mesh.triangles.size());
-  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
-    for (int side = 0; side < 3; ++side) {
-      const std::uint32_t from = mesh.triangles[i][side];
-      const std::uint32_t to = mesh.triangles[i][(side + 1) % 3];
-      edges.push_back({std::min(from, to), std::max(from, to), i, from < to});
-    }
-  }
-  std::sort(edges.begin(), edges.end(), [](const HalfEdge& a, const HalfEdge& b) {
-    return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle);
-  });
-  return edges;
-}
-
 /// Checks that each edge has exactly two triangles, which traverse it in opposite directions.
-Result<void> checkEdges(const TriangleMesh& mesh, const std::vector<HalfEdge>& edges) {
+Result<void> checkEdges(const TriangleMesh& mesh, const SurfaceEdges& edges) {
   std::size_t open = 0;
   std::size_t nonManifold = 0;
   std::size_t inconsistent = 0;
-  const HalfEdge* firstOpen = nullptr;
-  const HalfEdge* firstNonManifold = nullptr;
-  const HalfEdge* firstInconsistent = nullptr;
-  for (std::size_t i = 0; i < edges.size();) {
-    std::size_t end = i + 1;
-    while (end < edges.size() && edges[end].low == edges[i].low &&
-           edges[end].high == edges[i].high) {
-      ++end;
-    }
-    const auto note = [&](std::size_t& count, const HalfEdge*& first) {
+  const EdgeSides* firstOpen = nullptr;
+  const EdgeSides* firstNonManifold = nullptr;
+  const EdgeSides* firstInconsistent = nullptr;
+  for (const EdgeSides& edge : edges.edges) {
+    const auto note = [&](std::size_t& count, const EdgeSides*& first) {
       ++count;
-      if (first == nullptr) first = &edges[i];
+      if (first == nullptr) first = &edge;
     };
-    if (end - i == 1) {
+    const std::uint32_t* sides = &edges.sides[edge.begin];
+    if (edge.end - edge.begin == 1) {
       note(open, firstOpen);
-    } else if (end - i > 2) {
+    } else if (edge.end - edge.begin > 2) {
       note(nonManifold, firstNonManifold);
-    } else if (edges[i].forward == edges[i + 1].forward) {
+    } else if (isForward(mesh, sides[0]) == isForward(mesh, sides[1])) {
       note(inconsistent, firstInconsistent);
     }
-    i = end;
   }
-  const auto place = [&](const HalfEdge& edge) {
+  const auto triangleAt = [&](const EdgeSides& edge, std::uint32_t i) {
+    return edges.sides[edge.begin + i] / 3;
+  };
+  const auto place = [&](const EdgeSides& edge) {
     return fmt::format("edge {}-{} at {} to {}", edge.low, edge.high,
                        textOf(mesh.vertices[edge.low]), textOf(mesh.vertices[edge.high]));
   };
@@ -94,29 +69,24 @@ Result<void> checkEdges(const TriangleMesh& mesh, const std::vector<HalfEdge>& e
     return invalid(
         fmt::format("the mesh is open: {} boundary edges, the first of triangle {}, {}; a "
                     "solid needs a closed surface",
-                    open, firstOpen->triangle, place(*firstOpen)),
+                    open, triangleAt(*firstOpen, 0), place(*firstOpen)),
         {}, Remedy::Mend);
   }
   if (nonManifold > 0) {
+    const EdgeSides& first = *firstNonManifold;
     return invalid(
         fmt::format(
             "the mesh has {} non-manifold edge{}, with more than two triangles; the first is "
             "{} (triangles {}, {}, {}{})",
-            nonManifold, nonManifold == 1 ? "" : "s", place(*firstNonManifold),
-            firstNonManifold[0].triangle, firstNonManifold[1].triangle,
-            firstNonManifold[2].triangle,
-            firstNonManifold + 3 < edges.data() + edges.size() &&
-                    firstNonManifold[3].low == firstNonManifold->low &&
-                    firstNonManifold[3].high == firstNonManifold->high
-                ? ", ..."
-                : ""),
+            nonManifold, nonManifold == 1 ? "" : "s", place(first), triangleAt(first, 0),
+            triangleAt(first, 1), triangleAt(first, 2), first.end - first.begin > 3 ? ", ..." : ""),
         {}, Remedy::Mend);
   }
   if (inconsistent > 0) {
     return invalid(
         fmt::format("the mesh has an inconsistent orientation: triangles {} and {} have their "
                     "common {} in the same direction ({} such edges in all)",
-                    firstInconsistent[0].triangle, firstInconsistent[1].triangle,
+                    triangleAt(*firstInconsistent, 0), triangleAt(*firstInconsistent, 1),
                     place(*firstInconsistent), inconsistent),
         {}, Remedy::Mend);
   }
@@ -125,18 +95,10 @@ Result<void> checkEdges(const TriangleMesh& mesh, const std::vector<HalfEdge>& e
 
 /// Checks that the triangles around each vertex form one fan: they are connected across the edges
 /// at the vertex.
-Result<void> checkVertices(const TriangleMesh& mesh, const std::vector<HalfEdge>& edges) {
-  // Corners (3 * triangle + corner), united across each edge at both of its ends.
+Result<void> checkVertices(const TriangleMesh& mesh, const SurfaceEdges& edges) {
   UnionFind fans(3 * mesh.triangles.size());
-  const auto cornerAt = [&](std::uint32_t triangle, std::uint32_t vertex) {
-    const Triangle& corners = mesh.triangles[triangle];
-    const auto corner = std::find(corners.begin(), corners.end(), vertex) - corners.begin();
-    return static_cast<std::uint32_t>(3 * triangle + corner);
-  };
-  for (std::size_t i = 0; i + 1 < edges.size(); i += 2) {
-    for (const std::uint32_t vertex : {edges[i].low, edges[i].high}) {
-      fans.unite(cornerAt(edges[i].triangle, vertex), cornerAt(edges[i + 1].triangle, vertex));
-    }
+  for (std::size_t i = 0; i < edges.sides.size(); i += 2) {
+    uniteCorners(fans, mesh, edges.sides[i], edges.sides[i + 1]);
   }
   constexpr std::uint32_t kNone = ~0U;
   std::vector<std::uint32_t> fan(mesh.vertices.size(), kNone);
@@ -159,7 +121,7 @@ Result<void> checkVertices(const TriangleMesh& mesh, const std::vector<HalfEdge>
 
 Result<void> checkClosedSurface(const TriangleMesh& mesh) {
   if (auto elements = checkElements(mesh); !elements) return elements;
-  const std::vector<HalfEdge> edges = sortedHalfEdges(mesh);
+  const SurfaceEdges edges = edgesOf(mesh.triangles);
   if (auto checked = checkEdges(mesh, edges); !checked) return checked;
   return checkVertices(mesh, edges);
 }

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "t4d/model/geometry.h"
+#include "t4d/model/surface_components.h"
 #include "t4d/model/union_find.h"
 
 namespace t4d::formats {
@@ -64,11 +65,7 @@ void RoundingLoss::add(const model::TriangleMesh& mesh,
   for (const Point3& vertex : mesh.vertices) {
     farthest_ = std::max(farthest_, vertex.cwiseAbs().maxCoeff());
   }
-  model::UnionFind sets(mesh.vertices.size());
-  for (const auto& [a, b, c] : mesh.triangles) {
-    sets.unite(a, b);
-    sets.unite(b, c);
-  }
+  model::UnionFind sets = componentsOf(mesh);
   model::Bounds3 bounds;
   for (const Point3& vertex : mesh.vertices) bounds.add(vertex);
   if (!mesh.vertices.empty()) setUnit(unit_[0], (bounds.max - bounds.min).maxCoeff());

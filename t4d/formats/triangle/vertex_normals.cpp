@@ -1,14 +1,13 @@
 #include "t4d/formats/triangle/vertex_normals.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <numeric>
-#include <tuple>
 
 #include <Eigen/Geometry>
 
+#include "t4d/model/surface_edges.h"
 #include "t4d/model/union_find.h"
 
 namespace t4d::formats {
@@ -30,27 +29,14 @@ class CornerGroups {
         all_(creaseDegrees >= 180),
         least_(std::cos(creaseDegrees * std::numbers::pi / 180)),
         groups_(3 * mesh.triangles.size()) {
-    for (std::uint32_t corner = 0; corner < 3 * mesh.triangles.size(); ++corner) {
-      const std::uint32_t from = vertexOf(corner);
-      const std::uint32_t to = vertexOf(nextOf(corner));
-      sides_.push_back({std::min(from, to), std::max(from, to), corner});
-    }
-    std::ranges::sort(sides_, [](const Side& a, const Side& b) {
-      return std::tie(a.low, a.high, a.corner) < std::tie(b.low, b.high, b.corner);
-    });
-    for (std::size_t begin = 0; begin < sides_.size();) {
-      std::size_t end = begin + 1;
-      while (end < sides_.size() && sides_[end].low == sides_[begin].low &&
-             sides_[end].high == sides_[begin].high) {
-        ++end;
-      }
-      const std::size_t reach = end - begin > kMostAtEdge ? 1 : end - begin;
-      for (std::size_t i = begin; i < end; ++i) {
-        for (std::size_t j = i + 1; j < std::min(end, i + 1 + reach); ++j) {
-          join(sides_[i].corner, sides_[j].corner);
+    const model::SurfaceEdges edges = model::edgesOf(mesh.triangles);
+    for (const auto& [low, high, begin, end] : edges.edges) {
+      const std::uint32_t reach = end - begin > kMostAtEdge ? 1 : end - begin;
+      for (std::uint32_t i = begin; i < end; ++i) {
+        for (std::uint32_t j = i + 1; j < std::min(end, i + 1 + reach); ++j) {
+          join(edges.sides[i], edges.sides[j]);
         }
       }
-      begin = end;
     }
   }
 
@@ -58,31 +44,15 @@ class CornerGroups {
   std::uint32_t of(std::uint32_t corner) { return groups_.root(corner); }
 
  private:
-  struct Side {
-    std::uint32_t low;
-    std::uint32_t high;
-    std::uint32_t corner;  // from which it leads to the next
-  };
-
-  std::uint32_t vertexOf(std::uint32_t corner) const {
-    return mesh_.triangles[corner / 3][corner % 3];
-  }
-  static std::uint32_t nextOf(std::uint32_t corner) {
-    return corner % 3 == 2 ? corner - 2 : corner + 1;
-  }
-
   void join(std::uint32_t a, std::uint32_t b) {
     if (!all_ && normals_[a / 3].dot(normals_[b / 3]) < least_) return;
-    const bool same = vertexOf(a) == vertexOf(b);
-    groups_.unite(a, same ? b : nextOf(b));
-    groups_.unite(nextOf(a), same ? nextOf(b) : b);
+    uniteCorners(groups_, mesh_, a, b);
   }
 
   const model::TriangleMesh& mesh_;
   const std::vector<Point3>& normals_;
   bool all_;
   double least_;  // cosine between normals that are shared
-  std::vector<Side> sides_;
   model::UnionFind groups_;
 };
 

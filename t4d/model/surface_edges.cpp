@@ -1,19 +1,12 @@
-#include "t4d/edit/surface_edges.h"
+#include "t4d/model/surface_edges.h"
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
+#include <numeric>
 #include <utility>
 
-namespace t4d::edit {
+namespace t4d::model {
 namespace {
-
-using model::Point3;
-using model::TriangleMesh;
-
-bool isForward(const TriangleMesh& mesh, std::uint32_t side) {
-  return fromOf(mesh, side) < toOf(mesh, side);
-}
 
 /// The sides at an edge, by the angle of their triangles around it: counter-clockwise seen from the
 /// tip of the arrow from `low` to `high`.
@@ -55,31 +48,41 @@ bool pairAroundSolid(const TriangleMesh& mesh, const std::vector<std::uint32_t>&
 
 }  // namespace
 
-SurfaceEdges edgesOf(const TriangleMesh& mesh) {
-  SurfaceEdges result;
-  const auto count = static_cast<std::uint32_t>(3 * mesh.triangles.size());
-  struct Keyed {
-    std::uint64_t edge;
-    std::uint32_t side;
-  };
-  std::vector<Keyed> keyed;
-  keyed.reserve(count);
-  for (std::uint32_t side = 0; side < count; ++side) {
-    const std::uint64_t from = fromOf(mesh, side);
-    const std::uint64_t to = toOf(mesh, side);
-    keyed.push_back({std::min(from, to) << 32 | std::max(from, to), side});
-  }
-  std::ranges::sort(keyed, [](const Keyed& a, const Keyed& b) {
-    return std::tie(a.edge, a.side) < std::tie(b.edge, b.side);
-  });
-  result.sides.reserve(count);
-  for (std::uint32_t i = 0; i < count; ++i) {
-    if (i == 0 || keyed[i].edge != keyed[i - 1].edge) {
-      result.edges.push_back({static_cast<std::uint32_t>(keyed[i].edge >> 32),
-                              static_cast<std::uint32_t>(keyed[i].edge), i, i});
+SurfaceEdges edgesOf(std::span<const Triangle> triangles) {
+  std::uint32_t last = 0;
+  for (const Triangle& triangle : triangles) last = std::max(last, std::ranges::max(triangle));
+  const auto forSides = [&](auto work) {
+    std::uint32_t side = 0;
+    for (const auto& [a, b, c] : triangles) {
+      work(std::min(a, b), std::max(a, b), side++);
+      work(std::min(b, c), std::max(b, c), side++);
+      work(std::min(c, a), std::max(c, a), side++);
     }
-    result.edges.back().end = i + 1;
-    result.sides.push_back(keyed[i].side);
+  };
+  // The sides of each vertex to a larger one, with that in the high bits, so that they are short
+  // runs to sort. Those of v end at ends[v].
+  std::vector<std::uint32_t> ends(std::size_t{last} + 2);
+  forSides([&](std::uint32_t low, std::uint32_t, std::uint32_t) { ++ends[low + 1]; });
+  std::partial_sum(ends.begin(), ends.end(), ends.begin());
+  std::vector<std::uint64_t> keyed(ends.back());
+  forSides([&](std::uint32_t low, std::uint32_t high, std::uint32_t side) {
+    keyed[ends[low]++] = std::uint64_t{high} << 32 | side;
+  });
+  SurfaceEdges result;
+  result.sides.reserve(keyed.size());
+  result.edges.reserve(keyed.size() / 2);
+  std::uint32_t at = 0;
+  for (std::uint32_t low = 0; low <= last; ++low) {
+    const std::uint32_t begin = at;
+    std::sort(keyed.begin() + begin, keyed.begin() + ends[low]);
+    for (; at < ends[low]; ++at) {
+      const auto high = static_cast<std::uint32_t>(keyed[at] >> 32);
+      if (at == begin || high != result.edges.back().high) {
+        result.edges.push_back({low, high, at, at});
+      }
+      result.edges.back().end = at + 1;
+      result.sides.push_back(static_cast<std::uint32_t>(keyed[at]));
+    }
   }
   return result;
 }
@@ -158,4 +161,4 @@ std::vector<std::vector<std::uint32_t>> boundaryLoops(const TriangleMesh& mesh,
   return loops;
 }
 
-}  // namespace t4d::edit
+}  // namespace t4d::model
