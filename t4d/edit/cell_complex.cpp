@@ -19,7 +19,7 @@ bool isAmong(const std::vector<Edge>& edges, const Edge& edge) {
 CellComplex::CellComplex(std::span<const Cell> cells, std::uint32_t vertexCount)
     : cells_(cells.begin(), cells.end()),
       next_(4 * cells.size()),
-      first_(vertexCount, kNone),
+      first_(vertexCount, model::kNoIndex),
       liveCells_(static_cast<std::uint32_t>(cells.size())),
       marks_(vertexCount, 0) {
   for (std::size_t corner = next_.size(); corner-- > 0;) {
@@ -48,9 +48,9 @@ bool CellComplex::canCollapse(std::uint32_t a, std::uint32_t b) const {
   ring_.clear();
   eachCell(a, [&](std::uint32_t cell, int) {
     if (!hasCorner(cells_[cell], b)) return;
-    Edge edge{kNone, kNone};
+    Edge edge{model::kNoIndex, model::kNoIndex};
     for (const std::uint32_t corner : cells_[cell]) {
-      if (corner != a && corner != b) edge[edge[0] == kNone ? 0 : 1] = corner;
+      if (corner != a && corner != b) edge[edge[0] == model::kNoIndex ? 0 : 1] = corner;
     }
     ring_.push_back(sorted(edge[0], edge[1]));
   });
@@ -108,7 +108,7 @@ bool CellComplex::canCollapse(std::uint32_t a, std::uint32_t b) const {
 
 void CellComplex::dropDeadCorners(std::uint32_t vertex) {
   std::uint32_t* link = &first_[vertex];
-  while (*link != kNone) {
+  while (*link != model::kNoIndex) {
     if (isDead(*link / 4)) {
       *link = next_[*link];
     } else {
@@ -133,16 +133,16 @@ void CellComplex::collapse(std::uint32_t a, std::uint32_t b) {
       marks_[corner] = mark;
       neighbours_.push_back(corner);
     }
-    corners[0] = kNone;
+    corners[0] = model::kNoIndex;
     --liveCells_;
   });
   for (const std::uint32_t vertex : neighbours_) dropDeadCorners(vertex);
   dropDeadCorners(a);
   dropDeadCorners(b);
   std::uint32_t* last = &first_[a];
-  while (*last != kNone) last = &next_[*last];
+  while (*last != model::kNoIndex) last = &next_[*last];
   *last = first_[b];
-  first_[b] = kNone;
+  first_[b] = model::kNoIndex;
 }
 
 }  // namespace t4d::edit

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "t4d/model/no_index.h"
 #include "t4d/model/slab.h"
 
 namespace t4d::edit {
@@ -20,22 +21,20 @@ inline bool hasCorner(const model::Cell& cell, std::uint32_t vertex) {
 ///     corner 4 c + k of cell c  ->  its vertex, and the next corner of that vertex
 class CellComplex {
  public:
-  static constexpr std::uint32_t kNone = ~std::uint32_t{0};
-
   /// The cells must pass model::checkCells.
   CellComplex(std::span<const model::Cell> cells, std::uint32_t vertexCount);
 
   std::uint32_t vertexCount() const { return static_cast<std::uint32_t>(first_.size()); }
   std::uint32_t liveCells() const { return liveCells_; }
   std::span<const model::Cell> cells() const { return cells_; }
-  bool isDead(std::uint32_t cell) const { return cells_[cell][0] == kNone; }
+  bool isDead(std::uint32_t cell) const { return cells_[cell][0] == model::kNoIndex; }
   /// Whether any cell has the vertex.
-  bool isUsed(std::uint32_t vertex) const { return first_[vertex] != kNone; }
+  bool isUsed(std::uint32_t vertex) const { return first_[vertex] != model::kNoIndex; }
 
   /// Calls visit(cell, k) for each cell around a vertex, which is its corner k.
   template <class Visit>
   void eachCell(std::uint32_t vertex, Visit visit) const {
-    for (std::uint32_t corner = first_[vertex]; corner != kNone; corner = next_[corner]) {
+    for (std::uint32_t corner = first_[vertex]; corner != model::kNoIndex; corner = next_[corner]) {
       visit(corner / 4, static_cast<int>(corner % 4));
     }
   }
@@ -55,7 +54,7 @@ class CellComplex {
   void dropDeadCorners(std::uint32_t vertex);
   std::uint64_t newMark() const { return ++mark_; }
 
-  std::vector<model::Cell> cells_;  // a removed cell begins with kNone
+  std::vector<model::Cell> cells_;  // a removed cell begins with model::kNoIndex
   std::vector<std::uint32_t> next_;
   std::vector<std::uint32_t> first_;
   std::uint32_t liveCells_;

@@ -12,6 +12,7 @@
 #include "t4d/edit/value_borders.h"
 #include "t4d/edit/vertex_placement.h"
 #include "t4d/model/cell_normal.h"
+#include "t4d/model/no_index.h"
 
 namespace t4d::edit {
 namespace {
@@ -396,8 +397,7 @@ class PatchCollapser {
     for (std::uint32_t i = 0; i < patch_.cells.size(); ++i) {
       if (!complex_.isDead(i)) cells.push_back(i);
     }
-    constexpr std::uint32_t kGone = CellComplex::kNone;
-    std::vector<std::uint32_t> number(patch_.vertices.size(), kGone);
+    std::vector<std::uint32_t> number(patch_.vertices.size(), model::kNoIndex);
     for (std::uint32_t i = 0; i < patch_.vertexCount(); ++i) {
       if (!complex_.isUsed(i) && holds_[i] != Hold::Place) continue;
       number[i] = static_cast<std::uint32_t>(vertices.size());

@@ -35,7 +35,7 @@ struct CollapseOptions {
 struct CollapsedPatch {
   Patch patch;
   std::vector<std::uint32_t> vertexOf;  ///< the vertex of `patch` that each has
-                                        ///< become; CellComplex::kNone if no cell had it
+                                        ///< become; model::kNoIndex if no cell had it
   std::vector<Collapse> collapses;      ///< of vertices of the given patch, in order
 };
 

@@ -4,6 +4,7 @@
 
 #include "t4d/edit/split_cells.h"
 #include "t4d/model/attribute_rows.h"
+#include "t4d/model/no_index.h"
 
 namespace t4d::edit {
 namespace {
@@ -137,18 +138,17 @@ Result<model::Mesh> assembled(const Mesh4d& mesh, std::vector<std::vector<Cell>>
                               const std::vector<std::vector<std::uint32_t>>& cellsOf,
                               const std::vector<double>& bounds) {
   const std::vector<Point4>& vertices = mesh.vertices;
-  constexpr std::uint32_t kUnused = ~std::uint32_t{0};
   const std::size_t count = cells.size();
   // The layer between two slabs: the vertices at its time that either of them has.
   std::vector<std::vector<std::uint32_t>> inside(count);
   std::vector<std::vector<std::uint32_t>> layers(count + 1);
-  std::vector<std::uint32_t> seenIn(vertices.size(), kUnused);
+  std::vector<std::uint32_t> seenIn(vertices.size(), model::kNoIndex);
   for (std::uint32_t slab = 0; slab < count; ++slab) {
     for (const Cell& cell : cells[slab]) {
       for (const std::uint32_t corner : cell) {
         if (seenIn[corner] == slab) continue;
         const double t = vertices[corner][3];
-        const bool isShared = seenIn[corner] != kUnused;
+        const bool isShared = seenIn[corner] != model::kNoIndex;
         seenIn[corner] = slab;
         if (slab > 0 && t == bounds[slab]) {
           if (!isShared) layers[slab].push_back(corner);

@@ -12,6 +12,7 @@
 #include "t4d/measure/slab_measure.h"
 #include "t4d/model/attribute_rows.h"
 #include "t4d/model/facets.h"
+#include "t4d/model/no_index.h"
 #include "t4d/model/union_find.h"
 
 namespace t4d::edit {
@@ -127,9 +128,8 @@ std::optional<std::size_t> orient(Mesh4d& mesh) {
   std::ranges::sort(sides, [](const Side& a, const Side& b) {
     return std::tie(a.vertices, a.number) < std::tie(b.vertices, b.number);
   });
-  constexpr std::uint32_t kNone = ~std::uint32_t{0};
   struct Neighbour {
-    std::uint32_t cell = kNone;
+    std::uint32_t cell = model::kNoIndex;
     bool agrees = false;
   };
   std::vector<Neighbour> neighbours(4 * mesh.cells.size());
@@ -157,7 +157,7 @@ std::optional<std::size_t> orient(Mesh4d& mesh) {
       const std::uint32_t cell = part[next];
       for (std::size_t corner = 0; corner < 4; ++corner) {
         const auto [other, agrees] = neighbours[4 * std::size_t{cell} + corner];
-        if (other == kNone) continue;
+        if (other == model::kNoIndex) continue;
         const State expected = (state[cell] == State::Kept) == agrees ? State::Kept : State::Turned;
         if (state[other] == State::Unseen) {
           state[other] = expected;

@@ -13,8 +13,8 @@ NearSamples::NearSamples(std::vector<Sample> samples, std::size_t cellCount,
                          const measure::SliceBound* original)
     : original_(original),
       samples_(std::move(samples)),
-      first_(cellCount, kNone),
-      next_(samples_.size(), kNone) {
+      first_(cellCount, model::kNoIndex),
+      next_(samples_.size(), model::kNoIndex) {
   for (std::uint32_t i = 0; i < samples_.size(); ++i) {
     next_[i] = first_[samples_[i].cell];
     first_[samples_[i].cell] = i;
@@ -48,9 +48,9 @@ bool NearSamples::stayNear(const CellComplex& complex, std::span<const Point4> v
     return false;
   }
   for (const std::uint32_t cell : emptied_) {
-    for (std::uint32_t i = first_[cell]; i != kNone; i = next_[i]) {
+    for (std::uint32_t i = first_[cell]; i != model::kNoIndex; i = next_[i]) {
       const std::uint32_t found = nearest(samples_[i].point, distance);
-      if (found == kNone) return false;
+      if (found == model::kNoIndex) return false;
       moves_.push_back({i, found});
     }
   }
@@ -75,10 +75,10 @@ bool NearSamples::areEdgesNear(const CellComplex& complex, std::span<const Point
 
 std::uint32_t NearSamples::nearest(const Point4& point, double distance) const {
   double least = distance * distance;
-  std::uint32_t found = kNone;
+  std::uint32_t found = model::kNoIndex;
   for (const auto& [cell, tetrahedron] : remaining_) {
     const double squared = tetrahedron.squaredDistance(point, least);
-    if (squared > least || (squared == least && found != kNone)) continue;
+    if (squared > least || (squared == least && found != model::kNoIndex)) continue;
     least = squared;
     found = cell;
     if (least == 0) break;
@@ -87,7 +87,7 @@ std::uint32_t NearSamples::nearest(const Point4& point, double distance) const {
 }
 
 void NearSamples::move() {
-  for (const std::uint32_t cell : emptied_) first_[cell] = kNone;
+  for (const std::uint32_t cell : emptied_) first_[cell] = model::kNoIndex;
   for (const auto& [sample, cell] : moves_) {
     samples_[sample].cell = cell;
     next_[sample] = first_[cell];

@@ -8,6 +8,7 @@
 #include "t4d/edit/patch.h"
 #include "t4d/measure/slice_bound.h"
 #include "t4d/measure/space_time_tetrahedron.h"
+#include "t4d/model/no_index.h"
 
 namespace t4d::edit {
 
@@ -44,10 +45,10 @@ class NearSamples {
   bool areEdgesNear(const CellComplex& complex, std::span<const model::Point4> vertices,
                     std::uint32_t a, std::uint32_t b, const model::Point4& place, double distance);
 
-  /// The remaining cell that is nearest to a point; kNone if it is farther away than the distance.
+  /// The remaining cell that is nearest to a point; model::kNoIndex if it is farther away than the
+  /// distance.
   std::uint32_t nearest(const model::Point4& point, double distance) const;
 
-  static constexpr std::uint32_t kNone = CellComplex::kNone;
   const measure::SliceBound* original_;
   std::vector<Sample> samples_;
   std::vector<std::uint32_t> first_;  // of each cell

@@ -7,6 +7,7 @@
 
 #include "t4d/edit/mend_steps.h"
 #include "t4d/measure/winding_number.h"
+#include "t4d/model/no_index.h"
 #include "t4d/model/surface_edges.h"
 #include "t4d/model/union_find.h"
 #include "t4d/model/volume.h"
@@ -35,7 +36,7 @@ std::optional<std::size_t> orientBy(TriangleMesh& mesh, const std::vector<std::u
       area[state[triangle] == State::Turned ? 1 : 0] += areaOf(mesh, triangle);
       for (std::uint32_t side = 3 * triangle; side < 3 * triangle + 3; ++side) {
         const std::uint32_t mate = mates[side];
-        if (mate == model::kNoSide) continue;
+        if (mate == model::kNoIndex) continue;
         const bool agrees = fromOf(mesh, side) == toOf(mesh, mate);
         const State expected =
             (state[triangle] == State::Kept) == agrees ? State::Kept : State::Turned;
@@ -88,7 +89,7 @@ Result<void> orient(TriangleMesh& mesh, Changes& changes) {
     // Where more than two triangles meet, the pairs may be others.
     for (const model::EdgeSides& edge : edges.edges) {
       if (edge.end - edge.begin == 2) continue;
-      for (std::uint32_t i = edge.begin; i < edge.end; ++i) mates[edges.sides[i]] = model::kNoSide;
+      for (std::uint32_t i = edge.begin; i < edge.end; ++i) mates[edges.sides[i]] = model::kNoIndex;
     }
     turned = orientBy(mesh, mates);
   }
@@ -106,7 +107,7 @@ std::vector<Component> componentsOf(const TriangleMesh& mesh,
                                     const std::vector<std::uint32_t>& mates) {
   model::UnionFind sets(mesh.triangles.size());
   for (std::uint32_t side = 0; side < mates.size(); ++side) {
-    if (mates[side] != model::kNoSide) sets.unite(side / 3, mates[side] / 3);
+    if (mates[side] != model::kNoIndex) sets.unite(side / 3, mates[side] / 3);
   }
   std::vector<std::uint32_t> number(mesh.triangles.size(), 0);
   std::vector<Component> components;

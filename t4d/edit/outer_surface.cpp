@@ -16,6 +16,7 @@
 #include <fmt/format.h>
 
 #include "t4d/measure/winding_number.h"
+#include "t4d/model/no_index.h"
 #include "t4d/model/surface_edges.h"
 #include "t4d/model/union_find.h"
 
@@ -28,11 +29,9 @@ using model::Point3;
 using model::Triangle;
 using model::TriangleMesh;
 
-constexpr std::uint32_t kNew = ~std::uint32_t{0};
-
 /// A vertex of the triangulation of a plane: which of all vertices it is.
 struct VertexId {
-  std::uint32_t id = kNew;
+  std::uint32_t id = model::kNoIndex;
 };
 
 using VertexBase = CGAL::Triangulation_vertex_base_with_info_2<VertexId, Exact>;
@@ -268,7 +267,8 @@ class Arrangement {
       if (piece.net == 0) continue;
       for (int i = 0; i < 3; ++i) {
         const auto vertex = face->vertex(i);
-        if (vertex->info().id == kNew) vertex->info().id = vertices_.idOf(lifted(vertex->point()));
+        if (vertex->info().id == model::kNoIndex)
+          vertex->info().id = vertices_.idOf(lifted(vertex->point()));
         piece.corners[i] = vertex->info().id;
       }
       pieces_.push_back(piece);

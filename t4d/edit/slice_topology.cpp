@@ -3,13 +3,15 @@
 #include <algorithm>
 #include <array>
 
+#include "t4d/model/no_index.h"
+
 namespace t4d::edit {
 
 using model::Cell;
 using model::Point4;
 
 bool SliceTopology::hasSphere(std::uint32_t vertex, bool remember) {
-  const LinkSides sides = sidesAfter(vertex, CellComplex::kNone, CellComplex::kNone, 0);
+  const LinkSides sides = sidesAfter(vertex, model::kNoIndex, model::kNoIndex, 0);
   if (!counter_.isSphere()) return false;
   if (remember) sides_[vertex] = sides;
   return true;

@@ -8,6 +8,7 @@
 
 #include "t4d/edit/mend_steps.h"
 #include "t4d/edit/surface_crossings.h"
+#include "t4d/model/no_index.h"
 #include "t4d/model/surface_check.h"
 #include "t4d/model/surface_edges.h"
 #include "t4d/model/union_find.h"
@@ -63,19 +64,18 @@ std::vector<std::uint32_t> splitFans(TriangleMesh& mesh, std::size_t& split) {
   const auto mates = matesOf(mesh, model::edgesOf(mesh.triangles));
   model::UnionFind fans(mates.size());
   for (std::uint32_t side = 0; side < mates.size(); ++side) {
-    if (mates[side] != model::kNoSide) uniteCorners(fans, mesh, side, mates[side]);
+    if (mates[side] != model::kNoIndex) uniteCorners(fans, mesh, side, mates[side]);
   }
-  constexpr std::uint32_t kNone = ~std::uint32_t{0};
-  std::vector<std::uint32_t> firstFan(mesh.vertices.size(), kNone);
-  std::vector<std::uint32_t> vertexOfFan(mates.size(), kNone);
+  std::vector<std::uint32_t> firstFan(mesh.vertices.size(), model::kNoIndex);
+  std::vector<std::uint32_t> vertexOfFan(mates.size(), model::kNoIndex);
   std::vector<bool> shared(mesh.vertices.size());
   std::vector<std::uint32_t> result;
   std::vector<Triangle> triangles = mesh.triangles;
   for (std::uint32_t corner = 0; corner < mates.size(); ++corner) {
     const std::uint32_t vertex = mesh.triangles[corner / 3][corner % 3];
     const std::uint32_t fan = fans.root(corner);
-    if (vertexOfFan[fan] == kNone) {
-      if (firstFan[vertex] == kNone) {
+    if (vertexOfFan[fan] == model::kNoIndex) {
+      if (firstFan[vertex] == model::kNoIndex) {
         firstFan[vertex] = fan;
         vertexOfFan[fan] = vertex;
       } else {
@@ -109,7 +109,7 @@ std::vector<Copy> copiesOf(const TriangleMesh& mesh, const std::vector<std::uint
   constexpr double kOfEdge = 0.1;
   const model::Bounds3 bounds = boundsOf(mesh);
   const double most = kOfDiagonal * (bounds.max - bounds.min).norm();
-  std::vector<std::uint32_t> index(mesh.vertices.size(), ~std::uint32_t{0});
+  std::vector<std::uint32_t> index(mesh.vertices.size(), model::kNoIndex);
   std::vector<Copy> copies(vertices.size());
   for (std::uint32_t i = 0; i < vertices.size(); ++i) {
     index[vertices[i]] = i;
@@ -120,7 +120,7 @@ std::vector<Copy> copiesOf(const TriangleMesh& mesh, const std::vector<std::uint
     const Triangle& triangle = mesh.triangles[t];
     for (int k = 0; k < 3; ++k) {
       const std::uint32_t i = index[triangle[k]];
-      if (i == ~std::uint32_t{0}) continue;
+      if (i == model::kNoIndex) continue;
       Copy& copy = copies[i];
       const Point3 to = mesh.vertices[triangle[(k + 1) % 3]] - mesh.vertices[triangle[k]];
       const Point3 on = mesh.vertices[triangle[(k + 2) % 3]] - mesh.vertices[triangle[k]];

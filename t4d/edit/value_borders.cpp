@@ -6,6 +6,7 @@
 
 #include "t4d/edit/cell_shape.h"
 #include "t4d/model/cell_normal.h"
+#include "t4d/model/no_index.h"
 
 namespace t4d::edit {
 
@@ -68,8 +69,8 @@ void ValueBorders::weigh(Patch& patch) const {
 
 bool ValueBorders::stayIf(std::uint32_t a, std::uint32_t b) {
   if (values_ == nullptr) return true;
-  const std::size_t ofA = valuesAround(a, CellComplex::kNone);
-  const std::size_t ofB = valuesAround(b, CellComplex::kNone);
+  const std::size_t ofA = valuesAround(a, model::kNoIndex);
+  const std::size_t ofB = valuesAround(b, model::kNoIndex);
   if (ofA == 1 || ofB == 1) return true;
   return valuesAround(a, b) == std::min(ofA, ofB);
 }
@@ -82,7 +83,7 @@ bool ValueBorders::haveSameValue(std::uint32_t one, std::uint32_t other) const {
 std::size_t ValueBorders::valuesAround(std::uint32_t vertex, std::uint32_t other) {
   around_.clear();
   complex_.eachCell(vertex, [&](std::uint32_t cell, int) {
-    if (other != CellComplex::kNone && !hasCorner(complex_.cells()[cell], other)) return;
+    if (other != model::kNoIndex && !hasCorner(complex_.cells()[cell], other)) return;
     const auto same = [&](std::uint32_t one) { return haveSameValue(one, cell); };
     if (std::ranges::none_of(around_, same)) around_.push_back(cell);
   });

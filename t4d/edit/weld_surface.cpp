@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "t4d/edit/mend_steps.h"
+#include "t4d/model/no_index.h"
 #include "t4d/model/union_find.h"
 
 namespace t4d::edit {
@@ -43,14 +44,13 @@ std::size_t weldVertices(TriangleMesh& mesh, double tolerance) {
 }
 
 std::vector<std::uint32_t> dropUnusedVertices(TriangleMesh& mesh) {
-  constexpr std::uint32_t kUnused = ~std::uint32_t{0};
-  std::vector<std::uint32_t> number(mesh.vertices.size(), kUnused);
+  std::vector<std::uint32_t> number(mesh.vertices.size(), model::kNoIndex);
   for (const Triangle& triangle : mesh.triangles) {
     for (const std::uint32_t corner : triangle) number[corner] = 0;
   }
   std::vector<std::uint32_t> kept;
   for (std::uint32_t i = 0; i < number.size(); ++i) {
-    if (number[i] == kUnused) continue;
+    if (number[i] == model::kNoIndex) continue;
     number[i] = static_cast<std::uint32_t>(kept.size());
     mesh.vertices[kept.size()] = mesh.vertices[i];
     kept.push_back(i);

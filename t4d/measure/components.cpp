@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "t4d/model/no_index.h"
 #include "t4d/model/union_find.h"
 
 namespace t4d::measure {
@@ -16,14 +17,14 @@ constexpr std::uint32_t kLastAlone = std::uint32_t{1} << 30U;
 Components componentsOf(const model::Connectivity& connectivity) {
   model::UnionFind sets(connectivity.vertexCount);
   Components components;
-  components.ofVertex.assign(connectivity.vertexCount, kNoComponent);
+  components.ofVertex.assign(connectivity.vertexCount, model::kNoIndex);
   for (const model::Cell& cell : connectivity.cells) {
     for (int i = 1; i < 4; ++i) sets.unite(cell[i], cell[0]);
   }
-  std::vector<std::uint32_t> number(connectivity.vertexCount, kNoComponent);
+  std::vector<std::uint32_t> number(connectivity.vertexCount, model::kNoIndex);
   for (const model::Cell& cell : connectivity.cells) {
     std::uint32_t& found = number[sets.root(cell[0])];
-    if (found == kNoComponent) found = components.count++;
+    if (found == model::kNoIndex) found = components.count++;
     for (const std::uint32_t vertex : cell) components.ofVertex[vertex] = found;
   }
   return components;
@@ -35,24 +36,24 @@ void ComponentCounter::add(const Components& components, std::uint32_t lowerCoun
   model::UnionFind sets(std::size_t{live_} + components.count);
   const std::size_t seam = std::min<std::size_t>(lowerCount, ofLayer_.size());
   for (std::size_t i = 0; i < seam; ++i) {
-    if (ofLayer_[i] == kNoComponent || components.ofVertex[i] == kNoComponent) continue;
+    if (ofLayer_[i] == model::kNoIndex || components.ofVertex[i] == model::kNoIndex) continue;
     sets.unite(ofLayer_[i], live_ + components.ofVertex[i]);
   }
   // A component ends here if the slab does not use its vertices in the lower layer.
   const std::uint32_t total = live_ + components.count;
-  std::vector<std::uint32_t> number(total, kNoComponent);
+  std::vector<std::uint32_t> number(total, model::kNoIndex);
   std::uint32_t newLive = 0;
   const std::size_t firstUpper = components.ofVertex.size() - upperCount;
-  std::vector<std::uint32_t> newLayer(upperCount, kNoComponent);
+  std::vector<std::uint32_t> newLayer(upperCount, model::kNoIndex);
   for (std::uint32_t i = 0; i < upperCount; ++i) {
     const std::uint32_t local = components.ofVertex[firstUpper + i];
-    if (local == kNoComponent) continue;
+    if (local == model::kNoIndex) continue;
     std::uint32_t& found = number[sets.root(live_ + local)];
-    if (found == kNoComponent) found = newLive++;
+    if (found == model::kNoIndex) found = newLive++;
     newLayer[i] = found;
   }
   for (std::uint32_t i = 0; i < total; ++i) {
-    if (sets.root(i) == i && number[i] == kNoComponent) ++finished_;
+    if (sets.root(i) == i && number[i] == model::kNoIndex) ++finished_;
   }
   if (tracks_) {
     std::vector<std::uint32_t> roots(total);
@@ -72,24 +73,24 @@ void ComponentCounter::track(std::uint32_t ofSlab, const std::vector<std::uint32
     for (std::uint32_t i = 0; i < ofSlab; ++i) firsts_[i] = live_ + i;
     begun_ = true;
   }
-  std::vector<std::uint32_t> ended(roots.size(), kNoComponent);
+  std::vector<std::uint32_t> ended(roots.size(), model::kNoIndex);
   for (std::uint32_t& first : firsts_) {
     if ((first & kEnded) != 0) continue;
     const std::uint32_t root = roots[first];
-    if (live[root] == kNoComponent && ended[root] == kNoComponent) {
+    if (live[root] == model::kNoIndex && ended[root] == model::kNoIndex) {
       ended[root] = kEnded | endedFirsts_++;
       --finished_;
     }
-    first = live[root] != kNoComponent ? live[root] : ended[root];
+    first = live[root] != model::kNoIndex ? live[root] : ended[root];
   }
   endedLasts_ = 0;
   lasts_.resize(ofSlab);
   for (std::uint32_t i = 0; i < ofSlab; ++i) {
     const std::uint32_t root = roots[live_ + i];
-    if (live[root] == kNoComponent && ended[root] == kNoComponent) {
+    if (live[root] == model::kNoIndex && ended[root] == model::kNoIndex) {
       ended[root] = kEnded | kLastAlone | endedLasts_++;
     }
-    lasts_[i] = live[root] != kNoComponent ? live[root] : ended[root];
+    lasts_[i] = live[root] != model::kNoIndex ? live[root] : ended[root];
   }
 }
 

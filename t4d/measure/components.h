@@ -3,17 +3,17 @@
 #include <cstdint>
 #include <vector>
 
+#include "t4d/model/no_index.h"
 #include "t4d/model/slab.h"
 
 namespace t4d::measure {
 
 /// Marks a vertex that no cell uses.
-inline constexpr std::uint32_t kNoComponent = ~std::uint32_t{0};
 
 /// The connected components of one slab: the vertices of a cell are connected.
 struct Components {
   std::uint32_t count = 0;
-  std::vector<std::uint32_t> ofVertex;  ///< 0 .. count - 1, or kNoComponent
+  std::vector<std::uint32_t> ofVertex;  ///< 0 .. count - 1, or model::kNoIndex
 };
 
 Components componentsOf(const model::Connectivity& connectivity);

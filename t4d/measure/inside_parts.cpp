@@ -6,6 +6,7 @@
 #include <unordered_map>
 
 #include "t4d/measure/winding_number.h"
+#include "t4d/model/no_index.h"
 #include "t4d/model/union_find.h"
 #include "t4d/slice/slice.h"
 
@@ -17,8 +18,6 @@ using model::Point3;
 using model::Point4;
 using model::Slab;
 using model::TimeSpan;
-
-constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
 TimeSpan spanOf(const Slab& slab, const Cell& cell) {
   TimeSpan span{slab.vertices[cell[0]][3], slab.vertices[cell[0]][3]};
@@ -71,10 +70,10 @@ InsideParts::Parts InsideParts::partsOf(const Slab& slab, const TimeSpan& gap) {
   const auto vertexCount = static_cast<std::uint32_t>(slab.vertices.size());
   std::unordered_map<std::uint64_t, std::uint32_t> edges;
   std::vector<std::array<std::uint32_t, 2>> links;
-  std::vector<std::uint32_t> nodeOf(cells.size(), kNone);
+  std::vector<std::uint32_t> nodeOf(cells.size(), model::kNoIndex);
   for (std::uint32_t i = 0; i < cells.size(); ++i) {
     const auto join = [&](std::uint32_t node) {
-      if (nodeOf[i] == kNone) {
+      if (nodeOf[i] == model::kNoIndex) {
         nodeOf[i] = node;
       } else if (nodeOf[i] != node) {
         links.push_back({nodeOf[i], node});
@@ -97,12 +96,12 @@ InsideParts::Parts InsideParts::partsOf(const Slab& slab, const TimeSpan& gap) {
   for (const auto& [p, q] : links) sets.unite(p, q);
 
   Parts parts;
-  parts.ofCell.assign(cells.size(), kNone);
+  parts.ofCell.assign(cells.size(), model::kNoIndex);
   std::unordered_map<std::uint32_t, std::uint32_t> numberOfRoot;
   const double middle = gap.begin + (gap.end - gap.begin) / 2;
   std::vector<std::uint8_t> atMiddle;
   for (std::uint32_t i = 0; i < cells.size(); ++i) {
-    if (nodeOf[i] == kNone) continue;
+    if (nodeOf[i] == model::kNoIndex) continue;
     const TimeSpan whole = spanOf(slab, cells[i]);
     const TimeSpan span{std::max(whole.begin, gap.begin), std::min(whole.end, gap.end)};
     const auto [found, added] = numberOfRoot.try_emplace(
@@ -139,20 +138,20 @@ Result<std::vector<SurfacePart>> InsideParts::find(const Slab& slab, std::uint64
   std::vector<std::uint8_t> inside(parts.all.size(), kUnknown);
   if (joinedToLast && slabNumber == slabNumber_) {
     for (std::uint32_t i = 0; i < cells.size(); ++i) {
-      if (parts.ofCell[i] == kNone || parts_.ofCell[i] == kNone) continue;
+      if (parts.ofCell[i] == model::kNoIndex || parts_.ofCell[i] == model::kNoIndex) continue;
       inside[parts.ofCell[i]] = inside_[parts_.ofCell[i]];
     }
   } else if (joinedToLast && connectivity_ && connectivity_->upperCount > 0) {
     std::vector<std::uint8_t> ofLayer(connectivity_->upperCount, kUnknown);
     for (std::uint32_t i = 0; i < connectivity_->cells.size(); ++i) {
-      if (parts_.ofCell[i] == kNone) continue;
+      if (parts_.ofCell[i] == model::kNoIndex) continue;
       for (const std::uint32_t vertex : connectivity_->cells[i]) {
         if (vertex < connectivity_->firstUpper()) continue;
         ofLayer[vertex - connectivity_->firstUpper()] = inside_[parts_.ofCell[i]];
       }
     }
     for (std::uint32_t i = 0; i < cells.size(); ++i) {
-      if (parts.ofCell[i] == kNone) continue;
+      if (parts.ofCell[i] == model::kNoIndex) continue;
       for (const std::uint32_t vertex : cells[i]) {
         if (vertex < ofLayer.size() && ofLayer[vertex] != kUnknown) {
           inside[parts.ofCell[i]] = ofLayer[vertex];

@@ -31,7 +31,7 @@ class InsideParts {
 
  private:
   struct Parts {
-    std::vector<std::uint32_t> ofCell;  // kNone for cells that do not exist in the gap
+    std::vector<std::uint32_t> ofCell;  // model::kNoIndex for cells that do not exist in the gap
     std::vector<SurfacePart> all;
   };
   static Parts partsOf(const model::Slab& slab, const model::TimeSpan& gap);

@@ -14,6 +14,7 @@
 #include "t4d/measure/exact_signs.h"
 #include "t4d/measure/slab_measure.h"
 #include "t4d/model/facets.h"
+#include "t4d/model/no_index.h"
 #include "t4d/model/union_find.h"
 
 namespace t4d::measure {
@@ -26,7 +27,6 @@ using model::Slab;
 
 constexpr std::uint32_t kOpen = ~std::uint32_t{0};
 constexpr std::uint32_t kLayer = kOpen - 1;
-constexpr std::uint32_t kNoVertex = ~std::uint32_t{0};
 // Cells that are measured together; the sums do not depend on the number of threads.
 constexpr std::size_t kBlock = 8192;
 
@@ -313,7 +313,7 @@ class SilhouetteSurface {
   /// Begins a slab; its lower layer is the upper one of the slab before.
   void begin(const Slab& slab) {
     const VertexIds before = std::move(ids_);
-    ids_.assign(slab.vertices.size(), kNoVertex);
+    ids_.assign(slab.vertices.size(), model::kNoIndex);
     const std::uint32_t lower = slab.connectivity->lowerCount;
     if (before.size() >= lower) std::copy(before.end() - lower, before.end(), ids_.begin());
     slab_ = &slab;
@@ -345,7 +345,7 @@ class SilhouetteSurface {
   using VertexIds = std::vector<std::uint32_t>;
 
   std::uint32_t idOf(std::uint32_t vertex) {
-    if (ids_[vertex] == kNoVertex) {
+    if (ids_[vertex] == model::kNoIndex) {
       ids_[vertex] = static_cast<std::uint32_t>(surface_.vertices.size());
       surface_.vertices.emplace_back(slab_->vertices[vertex].head<3>());
     }
@@ -437,7 +437,7 @@ Result<void> SilhouetteBuilder::put(const Slab& slab) {
   for (const auto& facet : topology->upper()) {
     state.upperExits.push_back(found.isExit[facet.cell]);
   }
-  if (state.result.surface.vertices.size() >= kNoVertex - slab.vertices.size()) {
+  if (state.result.surface.vertices.size() >= model::kNoIndex - slab.vertices.size()) {
     return fail(ErrorCode::Unsupported, "the silhouette has too many vertices");
   }
   addCompensated(state.result.visitsVolume, state.visitsCarry, found.visitsVolume);

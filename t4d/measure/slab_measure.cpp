@@ -149,6 +149,9 @@ class UnitAxes {
   bool change_ = false;
 };
 
+/// Cells that are measured together: sums of fixed pieces do not depend on the number of threads.
+constexpr std::size_t kSummedCells = 16384;
+
 /// Whether no component of the normal exceeds what moving the corners by `rounding` can change in
 /// it: for each axis the rounding times the area of a side, seen along that axis and the
 /// component's.
@@ -198,19 +201,17 @@ SlabMeasure measureOf(const model::Slab& given, const model::Point4& givenRoundi
   const model::Point4 rounding = axes.toUnit(givenRounding);
   const model::Point4& origin = slab.vertices.front();
   const std::vector<model::Cell>& cells = slab.connectivity->cells;
-  // Sums of fixed pieces do not depend on the number of threads.
-  constexpr std::size_t kPiece = 16384;
   struct Piece {
     double flux72 = 0;
     double magnitude = 0;
     double measure6 = 0;
     std::vector<std::uint32_t> flat;
   };
-  std::vector<Piece> pieces((cells.size() + kPiece - 1) / kPiece);
+  std::vector<Piece> pieces((cells.size() + kSummedCells - 1) / kSummedCells);
   tbb::parallel_for(std::size_t{0}, pieces.size(), [&](std::size_t number) {
     Piece& piece = pieces[number];
-    const std::size_t end = std::min(cells.size(), (number + 1) * kPiece);
-    for (std::size_t i = number * kPiece; i < end; ++i) {
+    const std::size_t end = std::min(cells.size(), (number + 1) * kSummedCells);
+    for (std::size_t i = number * kSummedCells; i < end; ++i) {
       const auto flux = fluxThrough(slab, cells[i], origin);
       piece.flux72 += flux.value;
       piece.magnitude += flux.magnitude;
@@ -230,14 +231,9 @@ SlabMeasure measureOf(const model::Slab& given, const model::Point4& givenRoundi
     measured.flat.insert(measured.flat.end(), piece.flat.begin(), piece.flat.end());
   }
   measured.boundaryVolume = measure6 / 6;
-  // Rounding leaves this part of the value unknown; products below the range of doubles leave no
-  // more than kVanished.
-  constexpr double kUnknown = 1e-10;
-  constexpr double kVanished = 1e-290;
-  const double unknown = std::numeric_limits<double>::epsilon() * magnitude + kVanished;
   if (slab.timeBegin == slab.timeEnd) {
     flux72 = 0;
-  } else if (!std::isfinite(flux72) || !(unknown <= kUnknown * std::abs(flux72))) {
+  } else if (!model::isPrecise(flux72, magnitude)) {
     model::ExactSum sum = sumOver(cells, [&](const model::Cell& cell, model::ExactSum& into) {
       addExactFlux(slab, cell, origin, into);
     });
@@ -253,16 +249,15 @@ SlabMeasure measureOf(const model::Slab& given, const model::Point4& givenRoundi
 int hypervolumeSign(std::span<const model::Point4> vertices, std::span<const model::Cell> cells) {
   if (cells.empty()) return 0;
   const model::Point4& origin = vertices.front();
-  constexpr std::size_t kPiece = 16384;
   struct Piece {
     double sum = 0;
     double magnitude = 0;
   };
-  std::vector<Piece> pieces((cells.size() + kPiece - 1) / kPiece);
+  std::vector<Piece> pieces((cells.size() + kSummedCells - 1) / kSummedCells);
   tbb::parallel_for(std::size_t{0}, pieces.size(), [&](std::size_t number) {
     Piece& piece = pieces[number];
-    const std::size_t end = std::min(cells.size(), (number + 1) * kPiece);
-    for (std::size_t i = number * kPiece; i < end; ++i) {
+    const std::size_t end = std::min(cells.size(), (number + 1) * kSummedCells);
+    for (std::size_t i = number * kSummedCells; i < end; ++i) {
       // Expanded by minors of x and y and of z and t (Laplace).
       std::array<model::Point4, 4> p;
       for (int k = 0; k < 4; ++k) p[k] = vertices[cells[i][k]] - origin;
@@ -287,8 +282,7 @@ int hypervolumeSign(std::span<const model::Point4> vertices, std::span<const mod
   }
   // Of at most 2^32 cells each partial sum is one of fewer than 2^20 numbers.
   constexpr double kRounding = 0x1p21 * std::numeric_limits<double>::epsilon();
-  constexpr double kVanished = 1e-290;
-  if (std::isfinite(magnitude) && std::abs(sum) > kRounding * magnitude + kVanished) {
+  if (std::isfinite(magnitude) && std::abs(sum) > kRounding * magnitude + model::kVanished) {
     return sum > 0 ? 1 : -1;
   }
   return sumOver(cells,

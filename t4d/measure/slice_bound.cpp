@@ -13,6 +13,7 @@
 #include "t4d/measure/seen_part.h"
 #include "t4d/measure/space_time_tetrahedron.h"
 #include "t4d/measure/space_time_tree.h"
+#include "t4d/model/no_index.h"
 
 namespace t4d::measure {
 namespace {
@@ -25,7 +26,6 @@ using model::Point4;
 using CellCorners = std::array<Point4, 4>;
 using Tetrahedron = SpaceTimeTetrahedron;
 
-constexpr std::uint32_t kNone = ~std::uint32_t{0};
 using Neighbours = std::array<std::uint32_t, 4>;
 
 /// A cell is split into no more pieces than this, and so many for each tetrahedron near to it.
@@ -97,7 +97,8 @@ std::vector<Neighbours> neighboursOf(const CellSet& set) {
     ++number;
   }
   tbb::parallel_sort(facets);
-  std::vector<Neighbours> all(number, {kNone, kNone, kNone, kNone});
+  std::vector<Neighbours> all(number,
+                              {model::kNoIndex, model::kNoIndex, model::kNoIndex, model::kNoIndex});
   for (std::size_t i = 0; i + 1 < facets.size(); ++i) {
     const Facet& one = facets[i];
     const Facet& next = facets[i + 1];
@@ -310,7 +311,7 @@ class SliceBound::Proof {
     const Tetrahedron& one = to_[number];
     for (int k = 0; k < 4; ++k) {
       const std::uint32_t neighbour = to_.neighbours(number)[k];
-      if (neighbour != kNone && isCover_[neighbour] == cover_) continue;
+      if (neighbour != model::kNoIndex && isCover_[neighbour] == cover_) continue;
       const std::array<Point3, 3> facet = {view(one.corners[(k + 1) % 4]),
                                            view(one.corners[(k + 2) % 4]),
                                            view(one.corners[(k + 3) % 4])};

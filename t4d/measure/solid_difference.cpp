@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "t4d/model/no_index.h"
 #include "t4d/model/surface_components.h"
 #include "t4d/model/unit_scale.h"
 
@@ -238,15 +239,14 @@ bool boundsOverlap(const Bounds3& a, const Bounds3& b) {
 /// The connected components of a closed surface: the component of each vertex, and their bounds.
 /// Vertices of no triangle have none.
 std::pair<std::vector<std::uint32_t>, std::vector<Bounds3>> partsOf(const TriangleMesh& mesh) {
-  constexpr std::uint32_t kNone = ~0U;
   model::UnionFind sets = model::componentsOf(mesh);
-  std::vector<std::uint32_t> numberOfRoot(mesh.vertices.size(), kNone);
-  std::vector<std::uint32_t> component(mesh.vertices.size(), kNone);
+  std::vector<std::uint32_t> numberOfRoot(mesh.vertices.size(), model::kNoIndex);
+  std::vector<std::uint32_t> component(mesh.vertices.size(), model::kNoIndex);
   std::vector<Bounds3> bounds;
   for (const Triangle& triangle : mesh.triangles) {
     for (const std::uint32_t vertex : triangle) {
       std::uint32_t& number = numberOfRoot[sets.root(vertex)];
-      if (number == kNone) {
+      if (number == model::kNoIndex) {
         number = static_cast<std::uint32_t>(bounds.size());
         bounds.emplace_back();
       }
@@ -289,14 +289,14 @@ std::vector<Group> groupsOf(const TriangleMesh& a, const TriangleMesh& b) {
   for (std::uint32_t i = 0; i < parts.size(); ++i) groups[sets.root(i)].bounds.add(parts[i]);
   const auto share = [&](const TriangleMesh& mesh, const std::vector<std::uint32_t>& component,
                          std::size_t firstPart, TriangleMesh Group::*into) {
-    std::vector<std::uint32_t> number(mesh.vertices.size(), ~0U);
+    std::vector<std::uint32_t> number(mesh.vertices.size(), model::kNoIndex);
     for (const Triangle& triangle : mesh.triangles) {
       const auto part = static_cast<std::uint32_t>(firstPart + component[triangle[0]]);
       TriangleMesh& target = groups[sets.root(part)].*into;
       Triangle copy{};
       for (int k = 0; k < 3; ++k) {
         std::uint32_t& found = number[triangle[k]];
-        if (found == ~0U) {
+        if (found == model::kNoIndex) {
           found = static_cast<std::uint32_t>(target.vertices.size());
           target.vertices.push_back(mesh.vertices[triangle[k]]);
         }

@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <numbers>
 #include <set>
 
 #include <fmt/format.h>
+
+#include "t4d/model/degrees.h"
 
 namespace t4d::mesh4d {
 namespace {
@@ -142,7 +143,7 @@ class Stepper {
   double shareOf(const Worst& worst) const {
     constexpr double kRounding = 1e-9;
     if (const auto* volume = std::get_if<MinVolumeRatio>(&rule_)) {
-      const double allowed = std::acos(2 * volume->ratio - 1) * (180 / std::numbers::pi);
+      const double allowed = std::acos(2 * volume->ratio - 1) * model::kDegreesPerRadian;
       return worst.degrees <= allowed * (1 + kRounding) ? 1 : allowed / worst.degrees;
     }
     const auto* deviation = std::get_if<MaxDeviation>(&rule_);
@@ -184,7 +185,7 @@ class Stepper {
     const Eigen::Matrix3d change = to - from;
     // |change|^2 = 8 sin^2(angle / 2), to full precision at small angles.
     const double sine = std::min(1.0, change.norm() / std::sqrt(8.0));
-    worst.degrees = 2 * std::asin(sine) * (180 / std::numbers::pi);
+    worst.degrees = 2 * std::asin(sine) * model::kDegreesPerRadian;
     const double duration = step.end - step.begin;
     for (const Point3& corner : extents_[solid].corners) {
       const double acceleration = accelerationBound(mechanism_, solids_[solid].link, corner, step);

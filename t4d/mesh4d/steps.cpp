@@ -7,10 +7,10 @@
 
 #include <fmt/format.h>
 
+#include "t4d/model/degrees.h"
+
 namespace t4d::mesh4d {
 namespace {
-
-constexpr double kDegreesPerRadian = 180.0 / std::numbers::pi;
 
 /// The number of steps for an angle; a whole number up to the rounding of acos() is taken as exact.
 double stepsFor(double angleDegrees, double stepDegrees) {
@@ -21,12 +21,12 @@ double stepsFor(double angleDegrees, double stepDegrees) {
 /// The steps of a segment that turns.
 double stepsFor(const StepRule& rule, double angleDegrees, const model::Chords& chords) {
   if (const auto* volume = std::get_if<MinVolumeRatio>(&rule)) {
-    return stepsFor(angleDegrees, std::acos(2 * volume->ratio - 1) * kDegreesPerRadian);
+    return stepsFor(angleDegrees, std::acos(2 * volume->ratio - 1) * model::kDegreesPerRadian);
   }
   const double allowed = std::get<MaxDeviation>(rule).length;
-  const double steps = stepsFor(angleDegrees, chords.angleFor(allowed) * kDegreesPerRadian);
+  const double steps = stepsFor(angleDegrees, chords.angleFor(allowed) * model::kDegreesPerRadian);
   // The angle is rounded, too.
-  const bool more = chords.forAngle(angleDegrees / steps / kDegreesPerRadian) > allowed;
+  const bool more = chords.forAngle(angleDegrees / steps / model::kDegreesPerRadian) > allowed;
   return more ? steps + 1 : steps;
 }
 
@@ -38,8 +38,8 @@ std::optional<double> possibleDeviation(const model::Motion& motion,
     degrees += std::abs(segment.screw.angleDegrees);
   }
   // Each segment may have two steps more, by rounding up.
-  const double radians =
-      degrees / kDegreesPerRadian / static_cast<double>(kMaxSteps - 2 * motion.segments.size());
+  const double radians = degrees / model::kDegreesPerRadian /
+                         static_cast<double>(kMaxSteps - 2 * motion.segments.size());
   if (!(radians <= std::numbers::pi)) return std::nullopt;
   double deviation = 0;
   for (const model::Chords& one : chords) deviation = std::max(deviation, one.forAngle(radians));
@@ -134,7 +134,7 @@ double largestDeviation(const model::Motion& motion, std::span<const std::uint64
   double largest = 0;
   for (std::size_t i = 0; i < chords.size(); ++i) {
     const double degrees = motion.segments[i].screw.angleDegrees / static_cast<double>(steps[i]);
-    largest = std::max(largest, chords[i].forAngle(degrees / kDegreesPerRadian));
+    largest = std::max(largest, chords[i].forAngle(degrees / model::kDegreesPerRadian));
   }
   return largest;
 }

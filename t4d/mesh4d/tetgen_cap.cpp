@@ -16,6 +16,7 @@ void terminatetetgen(tetgenmesh*, int reason) { throw reason; }
 #include <fmt/format.h>
 
 #include "t4d/model/facets.h"
+#include "t4d/model/no_index.h"
 #include "t4d/system/isolated.h"
 
 namespace t4d::mesh4d {
@@ -319,14 +320,13 @@ Result<void> removeOutside(const model::TriangleMesh& mesh, Cap& cap) {
 
 /// Removes inner points that no cell uses any more: those in cavities.
 void dropUnusedPoints(std::uint32_t given, Cap& cap) {
-  constexpr std::uint32_t kUnused = ~0U;
-  std::vector<std::uint32_t> number(cap.inner.size(), kUnused);
+  std::vector<std::uint32_t> number(cap.inner.size(), model::kNoIndex);
   std::vector<Point3> kept;
   for (Cell& cell : cap.cells) {
     for (std::uint32_t& vertex : cell) {
       if (vertex < given) continue;
       std::uint32_t& found = number[vertex - given];
-      if (found == kUnused) {
+      if (found == model::kNoIndex) {
         found = static_cast<std::uint32_t>(kept.size());
         kept.push_back(cap.inner[vertex - given]);
       }

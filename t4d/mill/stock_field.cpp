@@ -10,6 +10,7 @@
 #include <tbb/parallel_for.h>
 
 #include "t4d/measure/visit_lattice.h"
+#include "t4d/model/no_index.h"
 
 namespace t4d::mill {
 namespace {
@@ -90,8 +91,7 @@ class StockField::Sampled {
       counts[axis] = blockOf(last) - firstBlock[axis] + 1;
     }
     const auto count = std::size_t{1} * counts[0] * counts[1] * counts[2];
-    constexpr std::uint32_t kNone = ~std::uint32_t{0};
-    std::vector<std::uint32_t> numbers(count, kNone);
+    std::vector<std::uint32_t> numbers(count, model::kNoIndex);
     const auto add = [&](const Index3& point, float distance) {
       Index3 block{};
       for (int axis = 0; axis < 3; ++axis) block[axis] = blockOf(point[axis]);
@@ -99,7 +99,7 @@ class StockField::Sampled {
                                        block[1] - firstBlock[1]) *
                                           counts[2] +
                                       block[2] - firstBlock[2]];
-      if (number == kNone) {
+      if (number == model::kNoIndex) {
         number = static_cast<std::uint32_t>(blocks.size());
         blocks.push_back({block, {}});
         blocks.back().values.fill(static_cast<float>(voxelSize));
@@ -139,7 +139,8 @@ class StockField::Sampled {
     for (std::int32_t x = 0; x < counts[0]; ++x) {
       for (std::int32_t y = 0; y < counts[1]; ++y) {
         for (std::int32_t z = 0; z < counts[2]; ++z) {
-          if (numbers[(std::size_t{1} * x * counts[1] + y) * counts[2] + z] != kNone) continue;
+          if (numbers[(std::size_t{1} * x * counts[1] + y) * counts[2] + z] != model::kNoIndex)
+            continue;
           const Index3 block = {firstBlock[0] + x, firstBlock[1] + y, firstBlock[2] + z};
           if (isInside({kSize * block[0], kSize * block[1], kSize * block[2]})) {
             inside.push_back(block);

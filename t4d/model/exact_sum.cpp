@@ -197,6 +197,12 @@ void addDeterminant(ExactSum& sum, const std::array<std::array<ExactSum::Factor,
   addAllPermutations(sum, rows, chosen, 0, 0, false);
 }
 
+bool isPrecise(double sum, double magnitude) {
+  constexpr double kUnknown = 1e-10;
+  const double unknown = std::numeric_limits<double>::epsilon() * magnitude + kVanished;
+  return std::isfinite(sum) && unknown <= kUnknown * std::abs(sum);
+}
+
 int determinantSign(const Eigen::Matrix3d& matrix) { return signOfDeterminant<3>(matrix); }
 
 int determinantSign(const Eigen::Matrix4d& matrix) { return signOfDeterminant<4>(matrix); }

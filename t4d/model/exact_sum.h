@@ -61,6 +61,14 @@ class ExactSum {
   bool finite_ = true;
 };
 
+/// What products below the range of doubles can take from a sum of them, at most.
+inline constexpr double kVanished = 1e-290;
+
+/// Whether a sum of products in doubles is precise enough to do without an exact one: whether
+/// rounding leaves no more of it unknown than a small part. The products without their signs add up
+/// to `magnitude`.
+bool isPrecise(double sum, double magnitude);
+
 /// The sign of the determinant of a matrix of up to four rows and columns, exactly; 0 also if a
 /// number is not finite.
 int determinantSign(const Eigen::Matrix3d& matrix);

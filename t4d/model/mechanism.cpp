@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <set>
 
 #include <fmt/format.h>
 
+#include "t4d/model/degrees.h"
 #include "t4d/model/limits.h"
 
 namespace t4d::model {
@@ -123,8 +123,7 @@ double accelerationBound(const Mechanism& mechanism, std::size_t link, const Poi
     const Motion& motion = *mechanism.links[i].motion;
     if (const Segment* segment = segmentIn(motion, span)) {
       const double duration = segment->timeEnd - segment->timeBegin;
-      const double rate =
-          std::abs(segment->screw.angleDegrees) * (std::numbers::pi / 180) / duration;
+      const double rate = std::abs(segment->screw.angleDegrees) * kRadiansPerDegree / duration;
       const Point3 started = segment->start(point);
       const double radius =
           segment->screw.axisDirection.cross(started - segment->screw.axisPoint).norm() +

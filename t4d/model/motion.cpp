@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <fmt/format.h>
 
+#include "t4d/model/degrees.h"
 #include "t4d/model/limits.h"
 #include "t4d/model/times.h"
 
@@ -21,7 +21,7 @@ struct SinCos {
 SinCos sinCosDegrees(double degrees) {
   const double reduced = std::remainder(degrees, 360.0);  // exact, within [-180, 180]
   const double quarter = std::nearbyint(reduced / 90.0);  // -2 .. 2
-  const double radians = (reduced - quarter * 90.0) * (std::numbers::pi / 180.0);
+  const double radians = (reduced - quarter * 90.0) * kRadiansPerDegree;
   const double s = std::sin(radians);
   const double c = std::cos(radians);
   switch (static_cast<int>(quarter) & 3) {
@@ -167,7 +167,7 @@ Screw screwBetween(const Pose& from, const Pose& to) {
   const Eigen::Vector3d shift = to.translation - rotation * from.translation;
   Screw screw;
   const Eigen::AngleAxisd angleAxis(Eigen::Quaterniond(rotation).normalized());
-  const double degrees = angleAxis.angle() * (180.0 / std::numbers::pi);
+  const double degrees = angleAxis.angle() * kDegreesPerRadian;
   // Below this a rotation is rounding noise of the quaternions, and its axis is meaningless.
   constexpr double kNoRotationDegrees = 1e-12;
   if (degrees < kNoRotationDegrees) {

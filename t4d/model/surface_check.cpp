@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "t4d/model/no_index.h"
 #include "t4d/model/surface_edges.h"
 #include "t4d/model/union_find.h"
 
@@ -100,12 +101,11 @@ Result<void> checkVertices(const TriangleMesh& mesh, const SurfaceEdges& edges) 
   for (std::size_t i = 0; i < edges.sides.size(); i += 2) {
     uniteCorners(fans, mesh, edges.sides[i], edges.sides[i + 1]);
   }
-  constexpr std::uint32_t kNone = ~0U;
-  std::vector<std::uint32_t> fan(mesh.vertices.size(), kNone);
+  std::vector<std::uint32_t> fan(mesh.vertices.size(), kNoIndex);
   for (std::uint32_t corner = 0; corner < 3 * mesh.triangles.size(); ++corner) {
     const std::uint32_t vertex = mesh.triangles[corner / 3][corner % 3];
     const std::uint32_t found = fans.root(corner);
-    if (fan[vertex] == kNone) fan[vertex] = found;
+    if (fan[vertex] == kNoIndex) fan[vertex] = found;
     if (fan[vertex] != found) {
       return invalid(
           fmt::format("vertex {}, {}, is non-manifold: several fans of triangles touch there "

@@ -88,7 +88,7 @@ SurfaceEdges edgesOf(std::span<const Triangle> triangles) {
 }
 
 std::vector<std::uint32_t> matesOf(const TriangleMesh& mesh, const SurfaceEdges& edges) {
-  std::vector<std::uint32_t> mates(edges.sides.size(), kNoSide);
+  std::vector<std::uint32_t> mates(edges.sides.size(), kNoIndex);
   const auto pair = [&](std::uint32_t a, std::uint32_t b) {
     mates[a] = b;
     mates[b] = a;

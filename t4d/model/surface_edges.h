@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "t4d/model/no_index.h"
 #include "t4d/model/triangle_mesh.h"
 #include "t4d/model/union_find.h"
 
@@ -54,9 +55,7 @@ inline void uniteCorners(UnionFind& corners, const TriangleMesh& mesh, std::uint
   corners.unite(nextSide(a), same ? nextSide(b) : b);
 }
 
-inline constexpr std::uint32_t kNoSide = ~std::uint32_t{0};
-
-/// For each side, the side of the triangle where its surface continues; kNoSide at a boundary.
+/// For each side, the side of the triangle where its surface continues; kNoIndex at a boundary.
 /// Where an even number of triangles, more than two, meet at an edge, those with solid between them
 /// are mates if as many traverse the edge in one direction as in the other; otherwise neighbours
 /// around the edge are mates. Of an odd number above two, none are mates. No triangle may have a

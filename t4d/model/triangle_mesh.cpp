@@ -1,8 +1,6 @@
 #include "t4d/model/triangle_mesh.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <numeric>
 
 #include <Eigen/Geometry>
@@ -49,12 +47,7 @@ double volumeAbout(std::span<const Point3> vertices, std::span<const Triangle> t
     sum += p.dot(q.cross(r));
     magnitude += p.cwiseAbs().dot(sizeOfCross(q.cwiseAbs(), r.cwiseAbs()));
   }
-  // Rounding leaves this part of the value unknown; products below the range of doubles leave no
-  // more than kVanished.
-  constexpr double kUnknown = 1e-10;
-  constexpr double kVanished = 1e-290;
-  const double unknown = std::numeric_limits<double>::epsilon() * magnitude + kVanished;
-  if (std::isfinite(sum) && unknown <= kUnknown * std::abs(sum)) return sum / 6;
+  if (isPrecise(sum, magnitude)) return sum / 6;
   return exactVolume(vertices, triangles, middle);
 }
 

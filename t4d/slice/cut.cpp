@@ -49,24 +49,22 @@ constexpr std::array<Section, 16> makeSections() {
 
 constexpr std::array<Section, 16> kSections = makeSections();
 
-constexpr std::uint32_t kNone = ~0U;
-
 }  // namespace
 
 std::uint32_t PointNumbers::add(const Cut::Point& point) {
   points_.push_back(point);
-  links_.push_back({point.above, kNone});
+  links_.push_back({point.above, model::kNoIndex});
   return static_cast<std::uint32_t>(points_.size() - 1);
 }
 
 std::uint32_t PointNumbers::find(const Cut::Point& point) {
   constexpr int kLongestChain = 32;
   std::uint32_t* link = &first_[point.below];
-  for (int length = 0; *link != kNone; ++length) {
+  for (int length = 0; *link != model::kNoIndex; ++length) {
     if (links_[*link].above == point.above) return *link;
     if (length == kLongestChain) {
       const std::uint64_t key = std::uint64_t{point.below} << 32U | point.above;
-      const auto [found, isNew] = others_.try_emplace(key, kNone);
+      const auto [found, isNew] = others_.try_emplace(key, model::kNoIndex);
       if (isNew) found->second = add(point);
       return found->second;
     }
@@ -108,11 +106,12 @@ void CellCutter::addSection(const Cell& cell, unsigned pattern, std::uint32_t in
   const auto same = [&](int a, int b) {
     return corner[a].below == corner[b].below && corner[a].above == corner[b].above;
   };
-  std::array<std::uint32_t, 4> number = {kNone, kNone, kNone, kNone};
+  std::array<std::uint32_t, 4> number = {model::kNoIndex, model::kNoIndex, model::kNoIndex,
+                                         model::kNoIndex};
   for (int i = 1; i + 1 < section.size; ++i) {
     if (touches && (same(0, i) || same(i, i + 1) || same(i + 1, 0))) continue;
     for (const int k : {0, i, i + 1}) {
-      if (number[k] == kNone) number[k] = numbers_.of(corner[k]);
+      if (number[k] == model::kNoIndex) number[k] = numbers_.of(corner[k]);
     }
     cut_.triangles.push_back({number[0], number[i], number[i + 1]});
     cut_.cells.push_back(index);

@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "t4d/model/no_index.h"
 #include "t4d/model/slab.h"
 #include "t4d/model/triangle_mesh.h"
 
@@ -43,7 +44,7 @@ class PointNumbers {
  public:
   /// Appends new points to `points`, which must outlive this object.
   PointNumbers(std::size_t vertexCount, std::vector<Cut::Point>& points)
-      : first_(vertexCount, kNone), points_(points) {}
+      : first_(vertexCount, model::kNoIndex), points_(points) {}
 
   std::uint32_t of(const Cut::Point& point) {
     Recent& recent = recent_[(point.below * 7 + point.above * 31) % recent_.size()];
@@ -53,10 +54,9 @@ class PointNumbers {
   }
 
  private:
-  static constexpr std::uint32_t kNone = ~0U;
   struct Recent {
-    Cut::Point point = {kNone, kNone};
-    std::uint32_t number = kNone;
+    Cut::Point point = {model::kNoIndex, model::kNoIndex};
+    std::uint32_t number = model::kNoIndex;
   };
   struct Link {
     std::uint32_t above;
@@ -66,7 +66,7 @@ class PointNumbers {
   std::uint32_t find(const Cut::Point& point);
   std::uint32_t add(const Cut::Point& point);
 
-  std::vector<std::uint32_t> first_;  // per vertex, kNone if no edge is cut
+  std::vector<std::uint32_t> first_;  // per vertex, model::kNoIndex if no edge is cut
   std::vector<Link> links_;           // per point, in the chain
   std::vector<Cut::Point>& points_;
   std::unordered_map<std::uint64_t, std::uint32_t> others_;

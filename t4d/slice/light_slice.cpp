@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "t4d/model/corner_attributes.h"
+#include "t4d/model/no_index.h"
 #include "t4d/slice/prisms.h"
 #include "t4d/slice/slab_at_time.h"
 #include "t4d/slice/slab_cutter.h"
@@ -33,16 +34,14 @@ using model::Point3;
 using model::Slab;
 using model::Triangle;
 
-constexpr std::uint32_t kUnused = ~0U;
-
 LightSurface surfaceOf(Prisms prisms, std::uint32_t lowerCount) {
   LightSurface surface;
-  std::vector<std::uint32_t> number(lowerCount, kUnused);
+  std::vector<std::uint32_t> number(lowerCount, model::kNoIndex);
   for (const Triangle& triangle : prisms.triangles) {
     for (const std::uint32_t corner : triangle) number[corner] = 0;
   }
   for (std::uint32_t i = 0; i < lowerCount; ++i) {
-    if (number[i] == kUnused) continue;
+    if (number[i] == model::kNoIndex) continue;
     number[i] = static_cast<std::uint32_t>(surface.lower.size());
     surface.lower.push_back(i);
   }

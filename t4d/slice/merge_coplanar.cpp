@@ -12,14 +12,14 @@
 
 #include <Eigen/Geometry>
 
+#include "t4d/model/no_index.h"
+
 namespace t4d::slice {
 namespace {
 
 using model::Attribute;
 using model::Point3;
 using model::Triangle;
-
-constexpr std::uint32_t kNoPart = ~0U;
 
 /// A coordinate of a slice is a few roundings away from its place: a product, a sum, and the same
 /// at each end of its edge.
@@ -90,10 +90,10 @@ class Merger {
     std::vector<std::uint32_t> order(count);
     std::iota(order.begin(), order.end(), 0U);
     std::ranges::stable_sort(order, [&](auto a, auto b) { return areas[a] > areas[b]; });
-    partOf_.assign(count, kNoPart);
+    partOf_.assign(count, model::kNoIndex);
     std::vector<std::uint32_t> open;
     for (const std::uint32_t seed : order) {
-      if (partOf_[seed] != kNoPart) continue;
+      if (partOf_[seed] != model::kNoIndex) continue;
       const auto part = static_cast<std::uint32_t>(normals_.size());
       const Point3 normal = normalOf(mesh_.triangles[seed]).stableNormalized();
       const Point3& origin = mesh_.vertices[mesh_.triangles[seed][0]];
@@ -107,7 +107,7 @@ class Merger {
         for (int i = 0; i < 3; ++i) {
           const Triangle& triangle = mesh_.triangles[t];
           for (const std::uint32_t next : trianglesAt(triangle[i], triangle[(i + 1) % 3])) {
-            if (partOf_[next] != kNoPart || !liesOn(next, normal, origin) ||
+            if (partOf_[next] != model::kNoIndex || !liesOn(next, normal, origin) ||
                 !sameAttributes(seed, next)) {
               continue;
             }
@@ -203,7 +203,7 @@ class Merger {
       const std::uint32_t vertex = queue[next];
       waits[vertex] = false;
       std::optional<double> best;
-      std::uint32_t to = kNoPart;
+      std::uint32_t to = model::kNoIndex;
       for (const std::uint32_t target : targetsOf(vertex)) {
         const auto shape = shapeAfter(vertex, target);
         if (!shape || (best && *shape <= *best)) continue;
@@ -233,7 +233,7 @@ class Merger {
         for (const std::uint32_t corner : triangle) {
           if (corner != vertex) std::erase(around_[corner], t);
         }
-        partOf_[t] = kNoPart;
+        partOf_[t] = model::kNoIndex;
       } else {
         std::ranges::replace(triangle, vertex, target);
         around_[target].push_back(t);
@@ -245,9 +245,9 @@ class Merger {
   void compact() {
     std::vector<std::uint32_t> kept;
     for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
-      if (partOf_[t] != kNoPart) kept.push_back(t);
+      if (partOf_[t] != model::kNoIndex) kept.push_back(t);
     }
-    std::vector<std::uint32_t> number(mesh_.vertices.size(), kNoPart);
+    std::vector<std::uint32_t> number(mesh_.vertices.size(), model::kNoIndex);
     std::vector<std::uint32_t> vertices;
     for (std::uint32_t i = 0; i < mesh_.vertices.size(); ++i) {
       if (around_[i].empty()) continue;
@@ -278,7 +278,7 @@ class Merger {
   double tolerance_ = 0;
   double distance_ = 0;
   std::vector<std::vector<std::uint32_t>> around_;  // the triangles of each vertex
-  std::vector<std::uint32_t> partOf_;               // of each triangle; kNoPart: it is gone
+  std::vector<std::uint32_t> partOf_;               // of each triangle; model::kNoIndex: it is gone
   std::vector<Point3> normals_;                     // of the planes of parts
   std::vector<Point3> origins_;
 };

@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "t4d/model/no_index.h"
+
 namespace t4d::slice {
 namespace {
 
@@ -14,7 +16,6 @@ using model::Cell;
 using model::Connectivity;
 using model::Triangle;
 
-constexpr std::uint32_t kNoPrism = ~0U;
 constexpr std::size_t kCells = 14;  // of a prism
 
 /// The triangle with its smallest corner first, facing the same way.
@@ -45,7 +46,7 @@ class Finder {
           fmt::format("its layers have {} and {} vertices", step_.lowerCount, step_.upperCount));
     }
     if (step_.cells.empty()) return no("it has no cells");
-    std::vector<std::uint32_t> numberOf(step_.means.size(), kNoPrism);
+    std::vector<std::uint32_t> numberOf(step_.means.size(), model::kNoIndex);
     std::vector<std::array<std::uint32_t, kCells>> cells;
     std::vector<std::size_t> counts;
     Prisms prisms;
@@ -53,7 +54,7 @@ class Finder {
       const auto apex = apexOf(step_.cells[i]);
       if (!apex) return no(fmt::format("cell {} is not that of a prism", i));
       std::uint32_t& number = numberOf[step_.cells[i][*apex] - step_.firstMean()];
-      if (number == kNoPrism) {
+      if (number == model::kNoIndex) {
         number = static_cast<std::uint32_t>(cells.size());
         cells.emplace_back();
         counts.push_back(0);

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <bit>
-#include <limits>
 
 #include <tbb/parallel_for.h>
 
+#include "t4d/model/no_index.h"
 #include "t4d/model/union_find.h"
 
 namespace t4d::voxel4d {
@@ -105,7 +105,7 @@ struct Alone {
 /// Those that do not overlap, at most as many as are of use: the largest.
 std::vector<Alone> aloneOf(const IndexedFrame& frame, const FrameParts& parts,
                            const std::vector<bool>& overlaps) {
-  std::vector<std::uint32_t> number(parts.count(), std::numeric_limits<std::uint32_t>::max());
+  std::vector<std::uint32_t> number(parts.count(), model::kNoIndex);
   std::uint32_t count = 0;
   for (std::size_t i = 0; i < number.size(); ++i) {
     if (!overlaps[i]) number[i] = count++;

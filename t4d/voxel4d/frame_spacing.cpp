@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "t4d/model/degrees.h"
 #include "t4d/model/times.h"
 
 namespace t4d::voxel4d {
@@ -35,7 +36,7 @@ using Eigen::Vector3d;
 class SeenScrew {
  public:
   explicit SeenScrew(const model::Segment& segment)
-      : angle_(std::abs(segment.screw.angleDegrees) * (std::numbers::pi / 180)) {
+      : angle_(std::abs(segment.screw.angleDegrees) * model::kRadiansPerDegree) {
     const model::Screw& screw = segment.screw;
     const double sign = screw.angleDegrees < 0 ? -1 : 1;
     const Eigen::Matrix3d back = segment.start.rotation.transpose();

@@ -7,6 +7,7 @@
 #include "t4d/fixtures/solids.h"
 #include "t4d/formats/motion/motion_reader.h"
 #include "t4d/mesh4d/sweep.h"
+#include "t4d/model/degrees.h"
 
 namespace t4d::conformance {
 namespace {
@@ -244,7 +245,7 @@ std::vector<Case> analyticCases() {
   // slowest.
   const double radius = 6 * std::numbers::sqrt2;
   const double perDegree = 3.0 / 90;
-  const double speed = std::numbers::pi / 180 / perDegree * std::sqrt(radius * radius - 8 * 8);
+  const double speed = model::kRadiansPerDegree / perDegree * std::sqrt(radius * radius - 8 * 8);
   addObstacle(cases.back(), {Point3(7, -20, -20), Point3(11, 0, 20)}, {0, 0, 0}, {6, -6, 0},
               perDegree * (45 - std::acos(7 / radius) * 180 / std::numbers::pi), speed, 1);
   cases.back().obstacle->canGiveWay = true;

@@ -11,6 +11,7 @@
 
 #include "t4d/measure/triangle_tree.h"
 #include "t4d/mesh4d/steps.h"
+#include "t4d/model/degrees.h"
 #include "t4d/voxel4d/frame_layer.h"
 
 namespace t4d::conformance {
@@ -21,7 +22,6 @@ using model::Point3;
 using model::Segment;
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-constexpr double kRadiansPerDegree = std::numbers::pi / 180;
 
 /// The maximum speed of a moving mesh.
 struct Speed {
@@ -45,7 +45,7 @@ Speed speedOf(const MovingMesh& moving) {
   for (const Segment& segment : moving.motion.segments) {
     const double radius = radiusAbout(segment, moving);
     const double duration = segment.timeEnd - segment.timeBegin;
-    const double angle = std::abs(segment.screw.angleDegrees) * kRadiansPerDegree / duration;
+    const double angle = std::abs(segment.screw.angleDegrees) * model::kRadiansPerDegree / duration;
     fastest.angleRadians = std::max(fastest.angleRadians, angle);
     fastest.length =
         std::max(fastest.length, angle * radius + segment.screw.translation.norm() / duration);
@@ -235,7 +235,7 @@ Result<Expectation> sweptExpectation(const Case& given, bool cones) {
   double off = rounding.position;
   Bounds3 box;
   const auto thetaOf = [&](std::size_t i) {
-    return motion.segments[i].screw.angleDegrees * kRadiansPerDegree /
+    return motion.segments[i].screw.angleDegrees * model::kRadiansPerDegree /
            static_cast<double>((*steps)[i]);
   };
   for (std::size_t i = 0; i < steps->size(); ++i) {

@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include <fmt/format.h>
+
+#include "t4d/model/degrees.h"
 
 namespace t4d::formats {
 namespace {
@@ -117,8 +118,7 @@ std::vector<model::HalfTurn> GltfCurve::halfTurns() const {
     Eigen::Quaterniond turn = Eigen::Quaterniond(Eigen::Vector4d(value(key + 1))) * from.inverse();
     // slerp takes the shorter way.
     if (turn.w() < 0) turn.coeffs() *= -1;
-    constexpr double kRadians = std::numbers::pi / 180;
-    if (turn.w() > std::cos(model::kHalfTurnDegrees * kRadians / 2)) continue;
+    if (turn.w() > std::cos(model::kHalfTurnDegrees * model::kRadiansPerDegree / 2)) continue;
     found.push_back({key,
                      {times_[key], times_[key + 1]},
                      turn.vec().normalized(),

@@ -8,6 +8,7 @@
 #include "t4d/model/attribute_rows.h"
 #include "t4d/model/facets.h"
 #include "t4d/model/limits.h"
+#include "t4d/model/no_index.h"
 
 namespace t4d::formats {
 namespace {
@@ -146,14 +147,13 @@ Result<void> Mesh4dBuilder::checkCorners() const {
 
 std::vector<Mesh4d> Mesh4dBuilder::split(const std::vector<std::int64_t>& parts,
                                          const std::map<std::int64_t, std::string>& names) {
-  constexpr std::uint32_t kUnused = ~std::uint32_t{0};
-  std::vector<std::uint32_t> number(vertices_.size(), kUnused);
+  std::vector<std::uint32_t> number(vertices_.size(), model::kNoIndex);
   std::vector<Mesh4d> bodies;
   for (const std::int64_t part : parts) {
     Mesh4d body;
     if (const auto name = names.find(part); name != names.end()) body.name = name->second;
     const auto isOfPart = [&](std::size_t cell) { return parts_.empty() || parts_[cell] == part; };
-    std::ranges::fill(number, kUnused);
+    std::ranges::fill(number, model::kNoIndex);
     for (std::size_t i = 0; i < cells_.size(); ++i) {
       if (!isOfPart(i)) continue;
       for (const std::uint32_t corner : cells_[i]) number[corner] = 0;
@@ -161,7 +161,7 @@ std::vector<Mesh4d> Mesh4dBuilder::split(const std::vector<std::int64_t>& parts,
     std::vector<std::uint32_t> rows;
     body.attributes = attributes_;
     for (std::uint32_t i = 0; i < number.size(); ++i) {
-      if (number[i] == kUnused) continue;
+      if (number[i] == model::kNoIndex) continue;
       number[i] = static_cast<std::uint32_t>(body.vertices.size());
       body.vertices.push_back(vertices_[i]);
       rows.push_back(i);

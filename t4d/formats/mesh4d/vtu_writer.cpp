@@ -11,6 +11,7 @@
 
 #include "t4d/formats/output_file.h"
 #include "t4d/formats/text/xml_text.h"
+#include "t4d/formats/vtk/vtk_cells.h"
 #include "t4d/formats/zlib_block.h"
 
 namespace t4d::formats {
@@ -19,7 +20,6 @@ namespace {
 constexpr std::size_t kBlockBytes = std::size_t{1} << 18;
 /// Blocks compressed at once.
 constexpr std::size_t kBatch = 64;
-constexpr std::uint8_t kVtkTetrahedron = 10;
 
 // Numbers are written as they are in memory.
 static_assert(std::endian::native == std::endian::little);

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <optional>
 
 #include <fmt/format.h>
@@ -21,6 +20,7 @@
 #include "t4d/formats/text/json_check.h"
 #include "t4d/formats/text/json_object.h"
 #include "t4d/formats/triangle/triangle_mesh_reader.h"
+#include "t4d/model/degrees.h"
 #include "t4d/model/limits.h"
 #include "t4d/model/units.h"
 
@@ -29,8 +29,6 @@ namespace {
 
 using model::Link;
 using nlohmann::json;
-
-constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
 
 enum class JointKind { Fixed, Revolute, Prismatic, Screw, Free };
 
@@ -327,7 +325,7 @@ class MechanismParser {
     if (angleUnit_.empty()) angleUnit_ = unit;
     if (unit != angleUnit_) {
       for (double& value : values.values) {
-        value = unit == "rad" ? value * kDegreesPerRadian : value / kDegreesPerRadian;
+        value = unit == "rad" ? value * model::kDegreesPerRadian : value / model::kDegreesPerRadian;
       }
     }
     return values;
@@ -411,7 +409,7 @@ class MechanismParser {
     if (body.values) {
       std::vector<double> values = body.values->values;
       if (body.kind != JointKind::Prismatic && angleUnit_ == "rad") {
-        for (double& value : values) value *= kDegreesPerRadian;
+        for (double& value : values) value *= model::kDegreesPerRadian;
       }
       auto motion = model::jointMotion(body.joint, body.values->times, values);
       if (!motion) refuseJson(motion.error().text(), where);

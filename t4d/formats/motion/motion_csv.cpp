@@ -15,6 +15,7 @@
 #include "t4d/formats/input_file.h"
 #include "t4d/formats/motion/time_column.h"
 #include "t4d/formats/text/number_table.h"
+#include "t4d/model/degrees.h"
 
 namespace t4d::formats {
 namespace {
@@ -365,7 +366,7 @@ class TableReader {
     if (unit != "deg" && unit != "rad") {
       return table_.invalidHere(fmt::format("angles are in '{}', expected deg or rad", unit));
     }
-    perUnit_ = unit == "deg" ? std::numbers::pi / 180 : 1;
+    perUnit_ = unit == "deg" ? model::kRadiansPerDegree : 1;
     return {};
   }
 

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <map>
 #include <memory>
-#include <numbers>
 #include <optional>
 #include <set>
 
@@ -17,6 +16,7 @@
 #include "t4d/formats/motion/joint_table.h"
 #include "t4d/formats/t4d/names.h"
 #include "t4d/formats/text/text_scanner.h"
+#include "t4d/model/degrees.h"
 #include "t4d/model/limits.h"
 #include "t4d/model/units.h"
 
@@ -25,8 +25,6 @@ namespace {
 
 using model::Link;
 using model::Pose;
-
-constexpr double kRadiansPerDegree = std::numbers::pi / 180;
 
 /// An element of the file, its children, and the line it begins at.
 struct XmlElement {
@@ -471,7 +469,7 @@ class UrdfReader {
     joint.times = table.times;
     if (found.unit.empty()) return {};
     if (joint.turns() && found.unit == "deg") {
-      for (double& value : joint.values) value *= kRadiansPerDegree;
+      for (double& value : joint.values) value *= model::kRadiansPerDegree;
       return {};
     }
     const auto conversion =
@@ -581,7 +579,7 @@ class UrdfReader {
     axis.axis = (rest.rotation * joint.axis).normalized();
     std::vector<double> values = joint.values;
     if (joint.turns()) {
-      for (double& value : values) value /= kRadiansPerDegree;
+      for (double& value : values) value /= model::kRadiansPerDegree;
     }
     return model::jointMotion(axis, joint.times, values);
   }

@@ -4,16 +4,15 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <numbers>
 
 #include <fmt/format.h>
 
 #include "t4d/formats/text/text_scanner.h"
+#include "t4d/model/degrees.h"
 
 namespace t4d::formats {
 namespace {
 
-constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
 constexpr double kEqual = 1e-6;  // as in LinuxCNC
 
 // Deeper brackets would fill the stack.
@@ -57,17 +56,17 @@ struct Function {
 
 constexpr std::array<Function, 12> kFunctions = {{
     {"ABS", [](double x) { return std::abs(x); }},
-    {"ACOS", [](double x) { return std::acos(x) * kDegreesPerRadian; }},
-    {"ASIN", [](double x) { return std::asin(x) * kDegreesPerRadian; }},
-    {"COS", [](double x) { return std::cos(x / kDegreesPerRadian); }},
+    {"ACOS", [](double x) { return std::acos(x) * model::kDegreesPerRadian; }},
+    {"ASIN", [](double x) { return std::asin(x) * model::kDegreesPerRadian; }},
+    {"COS", [](double x) { return std::cos(x / model::kDegreesPerRadian); }},
     {"EXP", [](double x) { return std::exp(x); }},
     {"FIX", [](double x) { return std::floor(x); }},
     {"FUP", [](double x) { return std::ceil(x); }},
     {"LN", [](double x) { return std::log(x); }},
     {"ROUND", [](double x) { return std::round(x); }},
-    {"SIN", [](double x) { return std::sin(x / kDegreesPerRadian); }},
+    {"SIN", [](double x) { return std::sin(x / model::kDegreesPerRadian); }},
     {"SQRT", [](double x) { return std::sqrt(x); }},
-    {"TAN", [](double x) { return std::tan(x / kDegreesPerRadian); }},
+    {"TAN", [](double x) { return std::tan(x / model::kDegreesPerRadian); }},
 }};
 
 constexpr std::string_view kArcTangent = "ATAN";
@@ -182,7 +181,7 @@ Result<double> GcodeWords::arcTangent(double y) {
   if (!skip("/")) return expected("/ and the second number of ATAN in brackets");
   const auto x = bracketed();
   if (!x) return x;
-  return std::atan2(y, *x) * kDegreesPerRadian;
+  return std::atan2(y, *x) * model::kDegreesPerRadian;
 }
 
 Result<double> GcodeWords::bracketed() {

@@ -2,18 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <ranges>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
 #include "t4d/formats/toolpath/tool_path.h"
+#include "t4d/model/degrees.h"
 
 namespace t4d::formats {
 namespace {
-
-constexpr double kRadiansPerDegree = std::numbers::pi / 180;
 
 // A turn of more would have a chord that says little of it.
 constexpr double kMostDegrees = 10;
@@ -53,7 +51,7 @@ bool RotaryKinematics::turns(int axis) const {
 
 Eigen::Matrix3d RotaryKinematics::rotationOf(const RotaryAxis& axis, const MachineAxes& at) const {
   const double degrees = axis.direction * at[static_cast<std::size_t>(axis.axis)];
-  return Eigen::AngleAxisd(std::remainder(degrees, 360.0) * kRadiansPerDegree,
+  return Eigen::AngleAxisd(std::remainder(degrees, 360.0) * model::kRadiansPerDegree,
                            Eigen::Vector3d::Unit(axis.axis - 3))
       .toRotationMatrix();
 }
@@ -114,7 +112,7 @@ double RotaryKinematics::partsOf(const MachineAxes& from, const MachineAxes& to,
   if (degrees == 0) return 1;
   // A chord is off by an eighth of the second derivative: of R(t) p(t) with the angular speed w it
   // is at most w^2 |p| + 2 w |p'|.
-  const double turn = degrees * kRadiansPerDegree;
+  const double turn = degrees * model::kRadiansPerDegree;
   const double bend = turn * turn * (radius + farthest.norm()) + 2 * turn * way.norm();
   return std::ceil(std::max(std::sqrt(bend / (8 * tolerance)), degrees / kMostDegrees));
 }

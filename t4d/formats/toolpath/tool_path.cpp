@@ -4,18 +4,16 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "t4d/model/degrees.h"
 #include "t4d/model/limits.h"
 
 namespace t4d::formats {
 namespace {
-
-constexpr double kDegrees = 180 / std::numbers::pi;
 
 // Rounding of directions in a text file.
 constexpr double kNoTurnDegrees = 1e-9;
@@ -102,7 +100,7 @@ void ToolPathBuilder::start(const model::Point3& tip, const Eigen::Vector3d& axi
 
 double ToolPathBuilder::turnTo(const Eigen::Vector3d& axis) const {
   const Eigen::Vector3d to = axis.stableNormalized();
-  return kDegrees * std::atan2(axis_.cross(to).norm(), axis_.dot(to));
+  return model::kDegreesPerRadian * std::atan2(axis_.cross(to).norm(), axis_.dot(to));
 }
 
 Result<void> ToolPathBuilder::moveTo(const model::Point3& tip, const Eigen::Vector3d& axis,

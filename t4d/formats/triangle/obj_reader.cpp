@@ -16,6 +16,7 @@
 #include "t4d/formats/text/text_scanner.h"
 #include "t4d/formats/triangle/mesh_bodies.h"
 #include "t4d/formats/triangle/mesh_builder.h"
+#include "t4d/model/no_index.h"
 
 namespace t4d::formats {
 namespace {
@@ -77,8 +78,6 @@ class ObjReader {
     std::uint32_t material = 0;  // of materials_
     auto operator<=>(const Part&) const = default;
   };
-
-  static constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
   /// The number of a name, which joins the others unless it is there; `first` names are not looked
   /// at.
@@ -170,16 +169,16 @@ class ObjReader {
   }
 
   void addUvs(const FileCorners& corners, LoadedMesh& loaded) {
-    uvOf_.resize(corners.points.size(), kNone);
+    uvOf_.resize(corners.points.size(), model::kNoIndex);
     const auto count = static_cast<std::uint32_t>(uvs_.size() / 2);
     std::size_t missing = 0;
     for (std::uint32_t& row : uvOf_) {
-      if (row != kNone && row >= count && uvFault_.empty()) {
+      if (row != model::kNoIndex && row >= count && uvFault_.empty()) {
         uvFault_ = fmt::format("a face refers to texture coordinate {}, but there are {}",
                                std::uint64_t{row} + 1, count);
       }
-      missing += row == kNone;
-      if (row == kNone) row = count;  // behind the last
+      missing += row == model::kNoIndex;
+      if (row == model::kNoIndex) row = count;  // behind the last
     }
     if (!uvFault_.empty()) {
       loaded.attributeNotices.push_back("texture coordinates left out: " + uvFault_);
@@ -264,12 +263,12 @@ class ObjReader {
     std::int64_t index = 0;
     const bool isNumber = scanner_.parse(word, index, "");
     if (isNumber && index < 0) index += count + 1;
-    if ((!isNumber || index <= 0 || index >= std::int64_t{kNone}) && uvFault_.empty()) {
+    if ((!isNumber || index <= 0 || index >= std::int64_t{model::kNoIndex}) && uvFault_.empty()) {
       uvFault_ = fmt::format("line {} refers to {}, but {} come before it", scanner_.line(),
                              inQuotes(word), count);
     }
     if (!uvFault_.empty()) index = 1;
-    uvOf_.resize(cornerCount_ + corners_.size(), kNone);
+    uvOf_.resize(cornerCount_ + corners_.size(), model::kNoIndex);
     uvOf_.push_back(static_cast<std::uint32_t>(index - 1));
   }
 
@@ -308,8 +307,9 @@ class ObjReader {
   std::vector<std::uint8_t> colors_;  // three for each point up to the last that has them
   std::string colorFault_;            // why the colours are left out
   std::vector<float> uvs_;
-  std::vector<std::uint32_t> uvOf_;  // of each corner up to the last that has one; or kNone
-  std::size_t cornerCount_ = 0;      // of all faces
+  std::vector<std::uint32_t>
+      uvOf_;                     // of each corner up to the last that has one; or model::kNoIndex
+  std::size_t cornerCount_ = 0;  // of all faces
   std::string uvFault_;
   TextScanner scanner_;
   MeshBuilder builder_;

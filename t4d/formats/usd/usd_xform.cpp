@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <optional>
 
 #include <fmt/format.h>
 
 #include "t4d/formats/text/text_scanner.h"
+#include "t4d/model/degrees.h"
 
 namespace t4d::formats {
 namespace {
@@ -17,7 +17,6 @@ using Eigen::Affine3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr std::string_view kInvert = "!invert!";
 constexpr std::string_view kReset = "!resetXformStack!";
 constexpr std::string_view kXformOp = "xformOp:";
@@ -165,7 +164,7 @@ Affine3d UsdXformOp::at(double time) const {
       // Its angles are those of x, y and z, whatever the order.
       for (const char axis : axes_) {
         const double degrees = value[axes_.size() == 1 ? 0 : axisOf(axis)];
-        made = Eigen::AngleAxisd(degrees * kDegree, unit(axis)) * made;
+        made = Eigen::AngleAxisd(degrees * model::kRadiansPerDegree, unit(axis)) * made;
       }
       break;
     case Kind::Orient:
@@ -197,7 +196,7 @@ CurveBound UsdXformOp::linearBound(double begin, double end) const {
     case Kind::Rotate: {
       CurveBound product{1, 0, 0};
       for (Eigen::Index i = 0; i < from.size(); ++i) {
-        const double speed = perTime(std::abs(to[i] - from[i]) * kDegree);
+        const double speed = perTime(std::abs(to[i] - from[i]) * model::kRadiansPerDegree);
         product = product * CurveBound{1, speed, speed * speed};
       }
       return product;
@@ -224,7 +223,7 @@ std::vector<model::HalfTurn> UsdXformOp::halfTurns() const {
   for (std::size_t i = 0; kind_ == Kind::Orient && i + 1 < times_.size(); ++i) {
     const Eigen::AngleAxisd turn(quaternionOf(values_[i + 1]) * quaternionOf(values_[i]).inverse());
     const double angle = angleBetween(quaternionOf(values_[i]), quaternionOf(values_[i + 1]));
-    if (angle < model::kHalfTurnDegrees * kDegree) continue;
+    if (angle < model::kHalfTurnDegrees * model::kRadiansPerDegree) continue;
     found.push_back(
         {i, {times_[i], times_[i + 1]}, turn.axis(), fmt::format("samples {} and {}", i, i + 1)});
   }

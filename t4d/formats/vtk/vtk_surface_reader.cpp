@@ -14,11 +14,11 @@
 #include "t4d/formats/vtk/vtk_data.h"
 #include "t4d/formats/vtk/vtk_file.h"
 #include "t4d/model/attribute_rows.h"
+#include "t4d/model/no_index.h"
 
 namespace t4d::formats {
 namespace {
 
-constexpr std::uint32_t kNoPoint = ~std::uint32_t{0};
 /// The place of what is no cell.
 constexpr MeshBuilder::Place kNoCell = ~std::uint64_t{0};
 /// Bits of vtkGhostType: a duplicate, replaced by finer cells, hidden.
@@ -315,7 +315,7 @@ class VtkSurfaceReader {
         if (shape == nullptr || isLeftOut(grid.ghosts, i)) continue;
         const auto corners = grid.cells.at(i);
         for (std::uint32_t k = 0; k < shape->faces.size(); ++k) {
-          Face face{{kNoPoint, kNoPoint, kNoPoint, kNoPoint}, g, i, k};
+          Face face{{model::kNoIndex, model::kNoIndex, model::kNoIndex, model::kNoIndex}, g, i, k};
           std::ranges::transform(shape->faces[k], face.points.begin(), [&](std::uint32_t corner) {
             return first[grid.firstPoint + corners[corner]];
           });
@@ -330,8 +330,8 @@ class VtkSurfaceReader {
   static bool makeKey(std::array<std::uint32_t, 4>& points) {
     std::ranges::sort(points);
     const auto repeated = std::ranges::unique(points);
-    std::ranges::fill(repeated, kNoPoint);
-    return points[2] != kNoPoint;
+    std::ranges::fill(repeated, model::kNoIndex);
+    return points[2] != model::kNoIndex;
   }
 
   Result<void> addFaceOfSolid(const Grid& grid, const Face& face) {
