@@ -128,14 +128,13 @@ Result<bool> PartCopier::takeStored(const ChunkFile::Chunk& chunk) {
 
 /// Keeps what T4dWriter keeps to find connectivities that are equal.
 void PartCopier::store(const ChunkFile::Chunk& chunk, std::uint64_t offset) {
-  constexpr std::size_t kMostBytes = std::size_t{4} << 20;
   const std::size_t counted = countedBytes(chunk);
   const auto front = frontOf(chunk);
   stored_.push_back({path_, chunk.header, {front.begin(), front.end()}, counted, offset});
   storedBytes_ += counted;
   const std::size_t least = anySize_ ? 1 : 0;
   while (stored_.size() > least &&
-         (storedBytes_ > kMostBytes ||
+         (storedBytes_ > kRememberedBytes ||
           window_.find(kConnectivity, stored_.front().offset) == nullptr)) {
     storedBytes_ -= stored_.front().counted;
     stored_.pop_front();

@@ -11,6 +11,11 @@
 
 namespace t4d::formats {
 
+/// Writers remember the last connectivities up to these bytes, as they are stored, to write none of
+/// them twice. One for all of them, so that a file has the same bytes in one go and joined of
+/// parts.
+inline constexpr std::size_t kRememberedBytes = std::size_t{4} << 20;
+
 /// The last chunks of each type, which are those that the next chunks may name (SPEC.md, rules K6
 /// and S12).
 class PartWindow {

@@ -245,8 +245,9 @@ class T4dWriter::File {
   /// The slab as a reader will have it.
   Slab storedSlab(const Body& body, const Slab& slab,
                   const std::optional<model::LayerPose>& pose) const {
-    Slab stored = roundedSlab(slab, arrays_);
+    Slab stored = slab;
     const std::span vertices(stored.vertices);
+    for (Point4& vertex : vertices) vertex = roundedPoint(vertex, arrays_);
     if (body.summary.slabs > 0) std::ranges::copy(body.storedUpper, vertices.begin());
     if (pose) {
       const auto upper = vertices.last(slab.connectivity->upperCount);
@@ -259,7 +260,6 @@ class T4dWriter::File {
   /// Returns the offset of the chunk, which may have been written before: slabs of a motion that
   /// repeats itself, and caps, often have the same connectivity.
   Result<std::uint64_t> putConnectivity(PayloadPointer payload) {
-    constexpr std::size_t kMostBytes = std::size_t{4} << 20;
     const auto same = [&](const StoredConnectivity& other) {
       return std::ranges::equal(other.payload->bytes(), payload->bytes()) &&
              other.payload->blocks() == payload->blocks() &&
@@ -273,7 +273,7 @@ class T4dWriter::File {
     for (const auto& block : payload->blocks()) bytes += block.size();
     storedBytes_ += bytes;
     stored_.push_back({std::move(payload), bytes, *offset});
-    while (storedBytes_ > kMostBytes ||
+    while (storedBytes_ > kRememberedBytes ||
            (!stored_.empty() && window_.find(kConnectivity, stored_.front().offset) == nullptr)) {
       storedBytes_ -= stored_.front().bytes;
       stored_.pop_front();
