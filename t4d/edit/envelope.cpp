@@ -15,6 +15,7 @@
 #include "t4d/measure/surface_genus.h"
 #include "t4d/measure/visit_lattice.h"
 #include "t4d/model/progress.h"
+#include "t4d/model/voxel_size.h"
 
 namespace t4d::edit {
 namespace {
@@ -26,7 +27,6 @@ using measure::VisitLattice;
 using model::Point3;
 using model::TriangleMesh;
 
-constexpr double kGiB = 1U << 30;
 /// The most voxels of a default along an axis: more would take minutes.
 constexpr double kMostByDefault = 4096;
 
@@ -171,12 +171,8 @@ Result<Envelope> withVoxels(double voxelSize, const Silhouette& silhouette,
   }
   const double bytes = bytesFor(surface, *lattice, options);
   if (bytes > options.maxBytes) {
-    return fail(ErrorCode::Unsupported,
-                fmt::format("a voxel size of {} would need about {:.1f} GiB of memory, more than "
-                            "{:.3g} GiB; {}",
-                            voxelSize, bytes / kGiB, options.maxBytes / kGiB,
-                            fittingText(surface, voxelSize, options)),
-                {}, Remedy::VoxelSize);
+    return model::tooMuchMemory({voxelSize, bytes, options.maxBytes}, "the envelope needs",
+                                fittingText(surface, voxelSize, options));
   }
   const VisitLattice visits(surface, std::move(*lattice),
                             model::partOf(progress, 0, options.reach ? 0.2 : 0.5),
@@ -217,9 +213,9 @@ Result<Envelope> withVoxels(double voxelSize, const Silhouette& silhouette,
 std::string costText(const TriangleMesh& surface, double size, const EnvelopeOptions& options) {
   const auto lattice = latticeFor(surface, size, options);
   if (!lattice) return "more voxels than are possible";
-  return fmt::format("about {:.0f} s of one core and {:.1f} GiB of memory",
+  return fmt::format("about {:.0f} s of one core and {} of memory",
                      secondsFor(surface, *lattice, options),
-                     bytesFor(surface, *lattice, options) / kGiB);
+                     model::memoryText(bytesFor(surface, *lattice, options)));
 }
 
 bool fitsDefault(const TriangleMesh& surface, double size, const EnvelopeOptions& options) {
@@ -287,8 +283,12 @@ double coarserForFloat32(const Silhouette& silhouette, const EnvelopeOptions& op
 
 Result<Envelope> onLattice(const Silhouette& silhouette, const EnvelopeOptions& options,
                            const model::Progress& progress) {
-  const double size =
-      options.voxelSize > 0 ? options.voxelSize : defaultVoxelSize(silhouette, options);
+  double size = options.voxelSize;
+  if (size > 0) {
+    if (auto good = model::checkVoxelSize(size); !good) return good.error();
+  } else {
+    size = defaultVoxelSize(silhouette, options);
+  }
   auto envelope = withVoxels(size, silhouette, options, progress);
   const double forParts = sizeForParts(silhouette);
   if (!envelope) {

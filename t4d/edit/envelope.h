@@ -18,7 +18,7 @@ struct EnvelopeOptions {
   /// motion. Not with `exact`.
   std::optional<double> reach = {};
   /// The most memory to use.
-  double maxBytes = 4.0 * (1U << 30);
+  double maxBytes = 4e9;
   /// Cut the triangles of the silhouette where they meet, instead of counting on a lattice.
   bool exact = false;
   /// The time that a default voxel size is made for, in seconds of one core
@@ -67,9 +67,10 @@ double defaultVoxelSize(const measure::Silhouette& silhouette, const EnvelopeOpt
 /// The exact one is the outer surface (outer_surface.h), with its vertices rounded and what touches
 /// itself moved apart.
 ///
-/// Fails for a voxel size that needs more memory than the options allow, with one that fits; for
-/// one that finds nothing of a solid that has a volume; if the coordinates are too coarse for it;
-/// and the exact one where too many triangles meet, and in a build without CGAL.
+/// Fails for a chosen voxel size out of range (model/voxel_size.h); for a voxel size that needs
+/// more memory than the options allow, with one that fits; for one that finds nothing of a solid
+/// that has a volume; if the coordinates are too coarse for it; and the exact one where too many
+/// triangles meet, and in a build without CGAL.
 Result<Envelope> envelopeOf(const measure::Silhouette& silhouette, const EnvelopeOptions& options,
                             const model::Progress& progress = {});
 

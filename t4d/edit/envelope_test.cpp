@@ -147,7 +147,7 @@ TEST(Envelope, CountsPlacesThatAreVisitedTwiceOnce) {
 TEST(Envelope, IsTheSameFarFromTheOriginAndForTinyAndHugeBodies) {
   const TriangleMesh solid = fixtures::icosphere(2, 1);
   const double expected = model::signedVolume(solid) + shadow(solid, {1, 2, 3});
-  for (const double scale : {1e-60, 1e-6, 1.0, 1e6, 1e60}) {
+  for (const double scale : {1e-29, 1e-6, 1.0, 1e6, 1e30}) {
     TriangleMesh body = solid;
     for (Point3& vertex : body.vertices) vertex *= scale;
     const Silhouette silhouette = silhouetteOfScrew(body, {.translation = Point3(1, 2, 3) * scale});
@@ -184,10 +184,14 @@ TEST(Envelope, RefusesAVoxelSizeThatNeedsTooMuchMemoryAndSaysOneThatFits) {
   const auto tooMany = envelopeOf(silhouette, {.voxelSize = 1e-7});
   ASSERT_FALSE(tooMany);
   EXPECT_TRUE(tooMany.error().text().ends_with("; 0.038 fits")) << tooMany.error().text();
-  for (const double size : {1e-30, 1e-308, 5e-324}) {
-    const auto far = envelopeOf(silhouette, {.voxelSize = size});
-    ASSERT_FALSE(far);
-    EXPECT_TRUE(far.error().text().ends_with(" fits")) << far.error().text();
+  const auto far = envelopeOf(silhouette, {.voxelSize = 1e-30});
+  ASSERT_FALSE(far);
+  EXPECT_TRUE(far.error().text().ends_with(" fits")) << far.error().text();
+  for (const double size : {1e-308, 5e-324, 1e31}) {
+    const auto impossible = envelopeOf(silhouette, {.voxelSize = size});
+    ASSERT_FALSE(impossible);
+    EXPECT_TRUE(impossible.error().text().ends_with("1e-30 to 1e+30 are possible"));
+    EXPECT_EQ(impossible.error().remedy, Remedy::VoxelSize);
   }
 }
 

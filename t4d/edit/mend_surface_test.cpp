@@ -456,9 +456,11 @@ TEST(RemeshSurface, RefusesVoxelsThatAreTooSmallOrTooLarge) {
   ASSERT_FALSE(small);
   EXPECT_EQ(small.error().remedy, Remedy::RemeshSize);
   EXPECT_THAT(small.error().message, testing::HasSubstr("a size of 0.00"));
-  const auto large = remeshSurface(fixtures::cube(2), 50);
-  ASSERT_FALSE(large);
-  EXPECT_EQ(large.error().remedy, Remedy::RemeshSize);
+  for (const double size : {50.0, 0.0, 1e31}) {
+    const auto wrong = remeshSurface(fixtures::cube(2), size);
+    ASSERT_FALSE(wrong);
+    EXPECT_EQ(wrong.error().remedy, Remedy::RemeshSize);
+  }
 }
 
 TEST(MendSurface, MendsAnyDamageOrSaysWhyNot) {

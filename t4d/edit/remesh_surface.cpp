@@ -12,6 +12,7 @@
 #include "t4d/measure/triangle_tree.h"
 #include "t4d/measure/winding_number.h"
 #include "t4d/model/unit_scale.h"
+#include "t4d/model/voxel_size.h"
 
 namespace t4d::edit {
 namespace {
@@ -238,6 +239,9 @@ class Remesher {
 Result<TriangleMesh> remeshSurface(const TriangleMesh& mesh, double voxelSize,
                                    const model::Progress& progress) {
   if (mesh.triangles.empty()) return invalid("the mesh has no triangles");
+  if (auto sized = model::checkVoxelSize(voxelSize, Remedy::RemeshSize); !sized) {
+    return sized.error();
+  }
   const model::UnitScale scale = model::UnitScale::of({&mesh});
   const TriangleMesh inUnit = scale.toUnit(mesh);
   const model::Bounds3 bounds = boundsOf(inUnit);

@@ -12,6 +12,7 @@
 
 #include "t4d/measure/exact_signs.h"
 #include "t4d/measure/parallel_for.h"
+#include "t4d/model/voxel_size.h"
 
 namespace t4d::measure {
 namespace {
@@ -117,12 +118,7 @@ Result<SpaceLattice> SpaceLattice::about(const model::Bounds3& bounds, double sp
     const double most = bounds.max[axis];
     const double cells = most / spacing - least / spacing;
     if (!(cells < kMostPoints - 3)) {
-      return fail(
-          ErrorCode::Unsupported,
-          fmt::format("a voxel size of {} gives {:.3g} voxels along an axis; at most {} are "
-                      "possible",
-                      spacing, cells, kMostPoints),
-          {}, Remedy::VoxelSize);
+      return model::tooManyVoxels(spacing, cells, kMostPoints);
     }
     const double whole = std::floor(cells);
     const auto count = static_cast<std::uint32_t>(cells - whole < 0.5 ? whole + 1 : whole + 2);

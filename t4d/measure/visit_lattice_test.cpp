@@ -132,7 +132,8 @@ TEST(VisitLattice, RefusesSpacingsThatDoNotFit) {
   const auto tooMany = SpaceLattice::about(bounds, 1e-7);
   ASSERT_FALSE(tooMany);
   EXPECT_EQ(tooMany.error().text(),
-            "a voxel size of 1e-07 gives 1e+07 voxels along an axis; at most 1048576 are possible");
+            "with a voxel size of 1e-07 there are 1e+07 voxels along an axis; at most 1048576 are "
+            "possible");
   const model::Bounds3 far = {Point3::Constant(1e12), Point3::Constant(1e12 + 1)};
   const auto tooFar = SpaceLattice::about(far, 0.1);
   ASSERT_FALSE(tooFar);

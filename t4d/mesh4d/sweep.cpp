@@ -413,7 +413,7 @@ void addFoldNotice(SweepReport& report) {
   report.notices.push_back(fmt::format(
       "{} prism{} in {} of {} steps fold{}: the surface turns over or collapses there, so slices "
       "cross themselves. The first is that of triangle {} between the times {} and {}, about ({}, "
-      "{}, {}); keys closer together, or for joints a smaller --max-deviation, may help",
+      "{}, {}); keys closer together, or for joints a smaller maximum deviation, may help",
       report.foldedPrisms, report.foldedPrisms == 1 ? "" : "s", report.foldedSteps, report.steps,
       report.foldedPrisms == 1 ? "s" : "", first.triangle, first.time.begin, first.time.end,
       first.place.x(), first.place.y(), first.place.z()));

@@ -11,6 +11,7 @@
 
 #include "t4d/measure/visit_lattice.h"
 #include "t4d/model/no_index.h"
+#include "t4d/model/voxel_size.h"
 
 namespace t4d::mill {
 namespace {
@@ -29,6 +30,7 @@ struct Part {
 };
 
 Result<Part> partAbout(const model::Bounds3& bounds, double voxelSize) {
+  if (auto sized = model::checkVoxelSize(voxelSize); !sized) return sized.error();
   Part part;
   part.lattice.spacing = voxelSize;
   for (int axis = 0; axis < 3; ++axis) {
@@ -36,12 +38,8 @@ Result<Part> partAbout(const model::Bounds3& bounds, double voxelSize) {
     const double most = std::ceil(bounds.max[axis] / voxelSize) + 1;
     if (!(std::abs(least) < kMostIndex) || !(std::abs(most) < kMostIndex) ||
         !(most - least < measure::SpaceLattice::kMostPoints - 1)) {
-      return fail(
-          ErrorCode::Unsupported,
-          fmt::format("with a voxel size of {} there are {:.3g} voxels along an axis; at "
-                      "most {} are possible, up to {:.3g} away from the origin",
-                      voxelSize, most - least, measure::SpaceLattice::kMostPoints, kMostIndex),
-          {}, Remedy::VoxelSize);
+      return model::tooManyVoxels(voxelSize, most - least, measure::SpaceLattice::kMostPoints,
+                                  fmt::format(", up to {:.3g} away from the origin", kMostIndex));
     }
     part.first[axis] = static_cast<std::int32_t>(least);
     for (double i = least; i <= most; ++i) part.lattice.at[axis].push_back(i * voxelSize);
@@ -168,12 +166,8 @@ Result<StockField> StockField::sized(const model::TriangleMesh& solid, double vo
   const double bytes = measure::VisitLattice::estimatedBytes(solid, part->lattice) +
                        blocks * (sizeof(field.blocks_[0]) + sizeof(Uniform));
   if (bytes > memory) {
-    return fail(
-        ErrorCode::Unsupported,
-        fmt::format("with a voxel size of {:g} the stock needs about {:.2g} GB of memory, "
-                    "more than the limit of {:.2g} GB; {:g} fits",
-                    voxelSize, bytes / 1e9, memory / 1e9, fitting(voxelSize, bytes, memory)),
-        {}, Remedy::VoxelSize);
+    return model::tooMuchMemory({voxelSize, bytes, memory}, "the stock needs",
+                                fmt::format("{:g} fits", fitting(voxelSize, bytes, memory)));
   }
   return field;
 }

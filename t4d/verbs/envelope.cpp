@@ -8,6 +8,7 @@
 #include "t4d/edit/collision_mesh.h"
 #include "t4d/formats/triangle/triangle_mesh_formats.h"
 #include "t4d/formats/triangle/triangle_mesh_writer.h"
+#include "t4d/model/voxel_size.h"
 #include "t4d/system/stopwatch.h"
 #include "t4d/verbs/body_files.h"
 #include "t4d/verbs/body_passage.h"
@@ -49,13 +50,18 @@ Result<void> checkEnvelopeOptions(const EnvelopeOptions& options) {
 
 edit::EnvelopeOptions latticeOptions(const EnvelopeOptions& options) {
   return {.voxelSize = options.voxelSize.value_or(0),
-          .maxBytes = options.maxMemoryGiB * 0x1p30,
+          .maxBytes = options.memory,
           .exact = options.exact};
 }
 
 /// The lattice of the fields, the same as that of the envelope.
 Result<measure::SpaceLattice> fieldLattice(const Passages& passages, const EnvelopeOptions& options,
                                            const edit::EnvelopeOptions& how) {
+  if (options.voxelSize) {
+    if (auto sized = model::checkVoxelSize(*options.voxelSize); !sized) {
+      return inInput(sized.error(), passages.input);
+    }
+  }
   const double voxelSize = options.voxelSize
                                ? *options.voxelSize
                                : edit::defaultVoxelSize(passages.all.front().silhouette, how);
@@ -188,7 +194,7 @@ Result<void> makePart(const EnvelopeOptions& options, EnvelopeReport& report, Ob
                             options.part->count),
                 passages.input.name);
   }
-  const auto fits = checkFieldMemory(*lattice, *options.part, options.maxMemoryGiB);
+  const auto fits = checkFieldMemory(*lattice, *options.part, options.memory);
   if (!fits) return inInput(fits.error(), passages.input);
   return writeFields(options, std::move(*lattice), report, observer);
 }
@@ -207,7 +213,7 @@ Result<void> makeWhole(const EnvelopeOptions& options, EnvelopeReport& report, O
   if (options.fields.any() && !bounds.empty()) {
     auto made = fieldLattice(passages, options, how);
     if (!made) return made.error();
-    const auto fits = checkFieldMemory(*made, {}, options.maxMemoryGiB);
+    const auto fits = checkFieldMemory(*made, {}, options.memory);
     if (!fits) return inInput(fits.error(), input);
     lattice = std::move(*made);
   }

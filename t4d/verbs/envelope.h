@@ -39,8 +39,8 @@ struct EnvelopeOptions {
   bool center = false;  ///< write coordinates about the middle; the file says where it was
   /// The spacing of the lattice, in length units; without it, edit::defaultVoxelSize.
   std::optional<double> voxelSize = {};
-  double maxMemoryGiB = 4;
-  bool exact = false;  ///< as edit::EnvelopeOptions::exact
+  double memory = 4e9;  ///< the most bytes
+  bool exact = false;   ///< as edit::EnvelopeOptions::exact
   /// Make an envelope that contains the whole motion (edit::EnvelopeOptions::reach); not exact. The
   /// following two imply it.
   bool outside = false;

@@ -97,9 +97,7 @@ Result<Report> readReport(const std::filesystem::path& path) {
     part.at("options").items();
     return report;
   } catch (const ordered_json::exception&) {
-    return invalid(
-        "is not the report of a part; expected is what a verb prints with --part K/N --json",
-        path.string());
+    return invalid("is not the report of a part", path.string(), Remedy::PartReports);
   }
 }
 

@@ -45,7 +45,7 @@ TEST(Envelope, SaysByItsRemedyWhatElseMayHelp) {
   ASSERT_FALSE(coarse);
   EXPECT_EQ(coarse.error().remedy, Remedy::VoxelSizeOrExact);
   const auto large =
-      envelope(input, {.voxelSize = 0.1, .maxMemoryGiB = 1e-6, .fields = {.dwell = "dwell.vdb"}});
+      envelope(input, {.voxelSize = 0.1, .memory = 1e3, .fields = {.dwell = "dwell.vdb"}});
   ASSERT_FALSE(large);
   EXPECT_EQ(large.error().remedy, Remedy::VoxelSizeOrParts);
 }

@@ -172,7 +172,7 @@ Result<PartValidation> validatePart(const std::filesystem::path& path,
                                     const model::Progress& progress,
                                     std::optional<std::uint64_t> maxCells) {
   if (formats::isPipe(path)) {
-    return fail(ErrorCode::Options, "a pipe is read from the front; --part needs a file", path);
+    return fail(ErrorCode::Options, "a pipe is read from the front; a part needs a file", path);
   }
   const auto how = part.isFirst() ? formats::T4dOpen::Checked : formats::T4dOpen::Whole;
   auto reader = formats::T4dReader::open(path, how, {}, maxCells);

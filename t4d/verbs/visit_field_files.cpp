@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "t4d/model/voxel_size.h"
 #include "t4d/voxel4d/point_field.h"
 
 namespace t4d::verbs {
@@ -61,17 +62,14 @@ bool VisitFieldFiles::any() const {
       kVisitFields, [&](const VisitFieldKind& kind) { return !(this->*kind.file).empty(); });
 }
 
-Result<void> checkFieldMemory(const SpaceLattice& lattice, const model::Part& part,
-                              double maxMemoryGiB) {
-  const double gib = measure::VisitFieldBuilder::bytesOf(latticeOfPart(lattice, part)) / 0x1p30;
-  if (gib <= maxMemoryGiB) return {};
-  return fail(ErrorCode::Unsupported,
-              fmt::format("fields with a voxel size of {} would need {:.1f} GiB of memory, more "
-                          "than {:g} GiB; {:.2g} fits, and so may {}parts of them",
-                          lattice.spacing, gib, maxMemoryGiB,
-                          1.05 * lattice.spacing * std::cbrt(gib / maxMemoryGiB),
-                          part.count > 1 ? "smaller " : ""),
-              {}, Remedy::VoxelSizeOrParts);
+Result<void> checkFieldMemory(const SpaceLattice& lattice, const model::Part& part, double memory) {
+  const double bytes = measure::VisitFieldBuilder::bytesOf(latticeOfPart(lattice, part));
+  if (bytes <= memory) return {};
+  return model::tooMuchMemory({lattice.spacing, bytes, memory}, "the fields need",
+                              fmt::format("{:.2g} fits, and so may {}parts of them",
+                                          1.05 * lattice.spacing * std::cbrt(bytes / memory),
+                                          part.count > 1 ? "smaller " : ""),
+                              Remedy::VoxelSizeOrParts);
 }
 
 Result<std::vector<WrittenField>> writeVisitFields(const VisitFieldFiles& files,

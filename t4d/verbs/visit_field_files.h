@@ -21,9 +21,10 @@ struct VisitFieldWork {
   std::function<Result<void>(model::Sink&)> put = {};
 };
 
-/// Fails if the fields of a part need more memory than that: with Remedy::VoxelSizeOrParts.
+/// Fails if the fields of a part need more memory than that, in bytes: with
+/// Remedy::VoxelSizeOrParts.
 Result<void> checkFieldMemory(const measure::SpaceLattice& lattice, const model::Part& part,
-                              double maxMemoryGiB);
+                              double memory);
 
 /// Writes the fields that are asked for. Of a part, only its points are worked on.
 Result<std::vector<WrittenField>> writeVisitFields(const VisitFieldFiles& files,

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "t4d/model/voxel_size.h"
 #include "t4d/voxel4d/sample_box.h"
 
 namespace t4d::voxel4d {
@@ -57,10 +58,10 @@ Result<std::unique_ptr<FrameSource>> arrayFrames(std::span<const ArrayFrame<T>> 
   if (auto checked = checkArraySize(options.size); !checked) return checked.error();
   const std::size_t points = options.size[0] * options.size[1] * options.size[2];
   const Lattice& lattice = options.lattice;
-  if (!(lattice.voxelSize > 0) || !std::isfinite(lattice.voxelSize) ||
-      !lattice.origin.allFinite()) {
-    return invalid(fmt::format("the voxel size is {}, the origin ({}, {}, {})", lattice.voxelSize,
-                               lattice.origin[0], lattice.origin[1], lattice.origin[2]));
+  if (auto sized = model::checkVoxelSize(lattice.voxelSize); !sized) return sized.error();
+  if (!lattice.origin.allFinite()) {
+    return invalid(fmt::format("the origin is ({}, {}, {}); it must be finite", lattice.origin[0],
+                               lattice.origin[1], lattice.origin[2]));
   }
   const auto rule = arrayRule(kTypeOf<T>, "", options.iso, {});
   if (!rule) return rule.error();

@@ -123,7 +123,10 @@ TEST(ArrayFrames, SayWhatIsWrongWithTheirInput) {
   EXPECT_EQ(faultOf({{2, 0, 2}, {}}), "the size of the arrays is 2 x 0 x 2");
   EXPECT_EQ(faultOf({{2, 3, 4}, {}}),
             "frame 0: the array has 8 values where 2 x 3 x 4 = 24 are expected");
-  EXPECT_EQ(faultOf({{2, 2, 2}, {0, {0, 0, 0}}}), "the voxel size is 0, the origin (0, 0, 0)");
+  EXPECT_EQ(faultOf({{2, 2, 2}, {0, {0, 0, 0}}}),
+            "voxels of 0 are requested; 1e-30 to 1e+30 are possible");
+  EXPECT_EQ(faultOf({{2, 2, 2}, {1, {0, INFINITY, 0}}}),
+            "the origin is (0, inf, 0); it must be finite");
   EXPECT_EQ(faultOf({{2, 2, 2}, {}, 1e30}), "");
   values = std::vector<float>(8, 1e30F);
   EXPECT_EQ(faultOf({{2, 2, 2}, {}, 1e30 + 1e15}),

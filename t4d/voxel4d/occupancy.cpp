@@ -9,6 +9,7 @@
 
 #include "t4d/model/distance.h"
 #include "t4d/model/surface_check.h"
+#include "t4d/model/voxel_size.h"
 
 namespace t4d::voxel4d {
 
@@ -372,10 +373,7 @@ Buckets bucketsOf(const Scene& scene, const BlockBox& box) {
 }  // namespace
 
 Result<void> checkVoxelizable(const TriangleMesh& mesh, const Lattice& lattice) {
-  if (!(lattice.voxelSize > 0) || !std::isfinite(lattice.voxelSize)) {
-    return invalid(
-        fmt::format("the voxel size is {}; it must be a positive number", lattice.voxelSize));
-  }
+  if (auto sized = model::checkVoxelSize(lattice.voxelSize); !sized) return sized;
   if (mesh.triangles.empty()) return {};
   const auto usable = [&](const Triangle& triangle) {
     return std::all_of(triangle.begin(), triangle.end(), [&](std::uint32_t vertex) {
@@ -395,17 +393,20 @@ Result<void> checkVoxelizable(const TriangleMesh& mesh, const Lattice& lattice) 
   const Point3 high = (bounds.max - lattice.origin) / lattice.voxelSize;
   const Point3 points = (high - low).array().ceil() + 1;
   if (!(points.prod() <= kMaxBoxPoints)) {
-    return invalid(fmt::format(
-        "with a voxel size of {} the solid takes {:.0f} x {:.0f} x {:.0f} voxels ({:.3g}); at most "
-        "{:.3g} are allowed: use larger voxels",
-        lattice.voxelSize, points.x(), points.y(), points.z(), points.prod(), kMaxBoxPoints));
+    return invalid(
+        fmt::format("with a voxel size of {} the solid takes {:.0f} x {:.0f} x {:.0f} voxels "
+                    "({:.3g}); at most {:.3g} are allowed: use larger voxels",
+                    lattice.voxelSize, points.x(), points.y(), points.z(), points.prod(),
+                    kMaxBoxPoints),
+        {}, Remedy::VoxelSize);
   }
   const double furthest = std::max(low.cwiseAbs().maxCoeff(), high.cwiseAbs().maxCoeff());
   if (!(furthest < kMaxCoordinate)) {
     return invalid(
         fmt::format("with a voxel size of {} the solid is {:.3g} voxels from the lattice's origin; "
                     "at most {} are allowed: use larger voxels",
-                    lattice.voxelSize, furthest, kMaxCoordinate));
+                    lattice.voxelSize, furthest, kMaxCoordinate),
+        {}, Remedy::VoxelSize);
   }
   return {};
 }

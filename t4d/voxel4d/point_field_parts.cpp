@@ -68,8 +68,7 @@ Result<FieldPart> readPart(const fs::path& path) {
   auto file = VdbFile::open(path);
   if (!file) return file.error();
   const auto noPart = [&] {
-    return invalid("is not a part of a field; expected is what t4d envelope writes with --part K/N",
-                   path.string());
+    return invalid("is not a part of a field", path.string(), Remedy::FieldParts);
   };
   if ((*file)->grids().size() != 1) return noPart();
   FieldPart part = {.file = path, .header = (*file)->grids()[0].header};

@@ -75,12 +75,12 @@ Result<Extent> extentOf(const IndexRange& range, char axis, std::uint64_t count,
   const std::int64_t begin = range.begin.value_or(0);
   const std::int64_t end = range.end.value_or(size);
   if (begin < 0 || begin >= end || end > size) {
-    return invalid(fmt::format("--region has {} along {}, where there are {} {}, counted from 0",
+    return invalid(fmt::format("the region has {} along {}, where there are {} {}, counted from 0",
                                textOf(range), axis, count, frames ? "frames" : "samples"),
                    where);
   }
   if (frames && end - begin < 2) {
-    return invalid(fmt::format("--region has {} along t: one frame only; a 4D mesh needs two or "
+    return invalid(fmt::format("the region has {} along t: one frame only; a 4D mesh needs two or "
                                "more",
                                textOf(range)),
                    where);

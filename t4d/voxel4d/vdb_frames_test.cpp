@@ -296,7 +296,7 @@ TEST_F(VdbFrames, ARegionSaysWhereItCutsTheSolid) {
   EXPECT_EQ(noticeWith("-11:12,-11:12,-11:12"), "");
   EXPECT_TRUE(noticeWith("-3:12,:,:9").ends_with("closed there: at x = -3, z = 8"));
   EXPECT_EQ(refusal({path}, {.region = *parseRegion(":,:,:,1:4")}),
-            "balls.vdb: --region has 1:4 along t, where there are 3 frames, counted from 0");
+            "balls.vdb: the region has 1:4 along t, where there are 3 frames, counted from 0");
   EXPECT_TRUE(refusal({path}, {.region = *parseRegion("100:120,:,:")}).ends_with("is inside"));
 }
 

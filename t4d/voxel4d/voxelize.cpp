@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "t4d/model/limits.h"
+#include "t4d/model/voxel_size.h"
 #include "t4d/voxel4d/frame_parts.h"
 #include "t4d/voxel4d/occupancy.h"
 #include "t4d/voxel4d/vdb_frames.h"
@@ -23,21 +23,8 @@ struct Voxels {
   openvdb::FloatGrid::Ptr levelSet;
 };
 
-/// A level set's distances, up to three voxels, are float32.
-constexpr double kSmallestVoxel = 1e-30;
-constexpr double kLargestVoxel = 1e30;
-
-Result<void> checkVoxelSize(double size, bool mask) {
-  const double least = mask ? model::kSmallestExtent : kSmallestVoxel;
-  const double most = mask ? model::kLargestCoordinate : kLargestVoxel;
-  if (size >= least && size <= most) return {};
-  return invalid(fmt::format("voxels of {} are requested; {} to {} are possible{}", size, least,
-                             most, mask ? "" : " in level sets, whose distances are float32"),
-                 {}, Remedy::VoxelSize);
-}
-
 Result<Voxels> voxelsOf(const SolidAtTime& solid, double time, const Lattice& lattice, bool mask) {
-  if (auto good = checkVoxelSize(lattice.voxelSize, mask); !good) return good.error();
+  if (auto good = model::checkVoxelSize(lattice.voxelSize); !good) return good.error();
   const auto withTime = [&](Error error) {
     error.message = fmt::format("at time {}: {}", time, error.message);
     return error;

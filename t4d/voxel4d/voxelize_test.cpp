@@ -300,10 +300,8 @@ TEST(Voxelize, LevelSetsAreTheSameFarFromTheOrigin) {
 }
 
 TEST(Voxelize, ErrorsSayWhen) {
-  EXPECT_EQ(
-      errorOf(fixtures::cube(4), {.voxelSize = 0}),
-      "voxels of 0 are requested; 1e-30 to 1e+30 are possible in level sets, whose distances are "
-      "float32");
+  EXPECT_EQ(errorOf(fixtures::cube(4), {.voxelSize = 0}),
+            "voxels of 0 are requested; 1e-30 to 1e+30 are possible");
   TriangleMesh open = fixtures::cube(4);
   open.triangles.pop_back();
   EXPECT_NE(errorOf(open, {}).find("at time 0: the mesh is open"), std::string::npos);

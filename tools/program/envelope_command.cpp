@@ -35,6 +35,7 @@ struct EnvelopeArguments {
   verbs::EnvelopeOptions envelope;
   PartOption part;
   std::string html;
+  double memory = 4;  // GB
   bool json = false;
 };
 
@@ -110,30 +111,6 @@ Result<void> checkBodyFiles(const EnvelopeArguments& options, const verbs::Passa
   for (const auto& file : *files) outputs.push_back(file.string());
   if (auto misuse = misuseOfOutputs(outputs)) return fail(ErrorCode::Failed, *misuse);
   return checkWritable(outputs);
-}
-
-/// The error with the options that may help.
-Error withOptions(Error error) {
-  switch (error.remedy) {
-    case Remedy::VoxelSizeOrExact:
-      error.message += "; --exact or --outside needs no voxels as small";
-      break;
-    case Remedy::VoxelSizeOrOutside:
-      error.message += "; --outside needs no voxels as small";
-      break;
-    case Remedy::VoxelSizeOrParts:
-      error.message += " (--part)";
-      break;
-    case Remedy::NotExact:
-      error.message += "; leave out --exact to find it on a lattice";
-      break;
-    case Remedy::Center:
-      error.message += "; or write them about the middle, with --center";
-      break;
-    default:
-      break;
-  }
-  return error;
 }
 
 /// What else finds a thin solid, or takes less time.
@@ -272,6 +249,7 @@ int run(EnvelopeArguments& options) {
   verbs::EnvelopeOptions& how = options.envelope;
   how.window = options.window;
   how.generator = versionText();
+  how.memory = 1e9 * options.memory;
   if (options.part.isAsked()) how.part = options.part.chosen();
   ConsoleObserver observer;
   auto passages = verbs::passagesOf(*input, how, observer);
@@ -285,7 +263,7 @@ int run(EnvelopeArguments& options) {
   }
   warnOfHypervolume(*passages);
   auto made = verbs::envelope(std::move(*passages), how, observer);
-  if (!made) return report(withOptions(made.error()));
+  if (!made) return report(made.error());
   if (!options.html.empty()) {
     if (auto written = writePage(options.html, *made); !written) {
       return report(inInput(written.error(), *input));
@@ -339,7 +317,7 @@ void addEnvelope(CLI::App& app, int& exitCode) {
   options->only.addTo(*command);
   command->add_flag("--each", options->envelope.each,
                     "Make one envelope per body (default: one of all bodies)");
-  command->add_option("--max-memory", options->envelope.maxMemoryGiB, "Maximum memory, in GiB")
+  command->add_option("--max-memory", options->memory, "Maximum memory, in GB")
       ->check(numberAboveZero())
       ->capture_default_str();
   command

@@ -1,3 +1,6 @@
+#include <array>
+#include <utility>
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -8,8 +11,25 @@
 namespace t4d::tools {
 namespace {
 
+/// The formats, with the options of those that the user names.
+std::vector<verbs::FormatsOfKind> formatsWithOptions() {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 3> kOptions = {
+      {{".nc", "the option `--gcode`"},
+       {".cl", "the option `--locations`"},
+       {".tbl", "the option `--tool-table`"}}};
+  std::vector<verbs::FormatsOfKind> kinds = verbs::fileFormats();
+  for (auto& [kind, formats] : kinds) {
+    for (system::FileFormat& format : formats) {
+      for (const auto& [extension, option] : kOptions) {
+        if (format.extensions.front() == extension) format.recognisedBy = option;
+      }
+    }
+  }
+  return kinds;
+}
+
 int printFormats(bool json) {
-  const std::vector<verbs::FormatsOfKind> kinds = verbs::fileFormats();
+  const std::vector<verbs::FormatsOfKind> kinds = formatsWithOptions();
   if (json) {
     printText(verbs::jsonOf(kinds) + "\n");
     return kDone;

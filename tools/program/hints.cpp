@@ -155,10 +155,17 @@ std::string hintFor(const Error& error) {
     case Remedy::StepRule:
       return "try: --steps N, the number of steps of each segment";
     case Remedy::VoxelSize:
-    case Remedy::VoxelSizeOrParts:
-    case Remedy::VoxelSizeOrOutside:
-    case Remedy::VoxelSizeOrExact:
       return "try: another --voxel-size";
+    case Remedy::VoxelSizeOrParts:
+      return "try: another --voxel-size, or --part K/N, to make parts of the fields";
+    case Remedy::VoxelSizeOrOutside:
+      return "try: another --voxel-size, or --outside, which needs no voxels as small";
+    case Remedy::VoxelSizeOrExact:
+      return "try: another --voxel-size, or --exact or --outside, which need no voxels as small";
+    case Remedy::NotExact:
+      return "try: without --exact, to find it on a lattice";
+    case Remedy::Center:
+      return "try: --center, to write coordinates about the middle";
     case Remedy::MoreCells:
       return "try: --max-cells N, if the file is worth the work";
     case Remedy::OpenMesh:
@@ -171,9 +178,33 @@ std::string hintFor(const Error& error) {
              "--time-unit "
              "NAME, or --rotate 1 0 0 90 --up AXIS, to convert one of them; or --ignore-units, to "
              "take the numbers as they are";
+    case Remedy::Axes:
+      return "try: --axes ORDER, as in --axes tzyx";
+    case Remedy::PageAxes:
+      return "try: --axes zyx, if the pages are one frame, or --axes tyx, if each is a frame of "
+             "one "
+             "plane";
+    case Remedy::PagesAsFrames:
+      return "try: --axes tyx, if each of its pages is a frame";
+    case Remedy::Channel:
+      return "try: --channel NUMBER, counted from 0";
+    case Remedy::FieldParts:
+      return "try: files that t4d envelope writes with --part K/N";
+    case Remedy::PartReports:
+      return "try: reports that verbs print with --part K/N --json";
+    case Remedy::EachTool:
+      return "try: --tool N=SPEC, for each tool N";
+    case Remedy::AnyTool:
+      return "try: --tool SPEC without a number, to mill with one tool, whatever is mounted";
+    case Remedy::ToolTable:
+      return "try: --tool-table FILE, which has the lengths of tools";
+    case Remedy::Origin:
+      return "try: --offset ORIGIN=x,y,z, as in --offset G55=100,0,-20";
+    case Remedy::MachineZero:
+      return "try: --offset G53=x,y,z, the machine's zero in the frame of the stock";
+    case Remedy::RotaryAxis:
+      return "try: --rotary AXIS=table:x,y,z or AXIS=head:x,y,z, as in --rotary A=table:0,0,0";
     case Remedy::OtherBodies:
-    case Remedy::NotExact:
-    case Remedy::Center:
     case Remedy::Motion:
     case Remedy::FrameFormat:
     case Remedy::MoreFrames:

@@ -196,6 +196,9 @@ int millFiles(const MillArguments& options, const verbs::MillFiles& files) {
   ConsoleObserver observer;
   const auto input = verbs::readMilling(files, how, observer);
   if (!input) return report(input.error());
+  if (input->path.unknownMoves > 0) {
+    printNotices({"--offset G53=x,y,z gives the machine's zero in the frame of the stock"});
+  }
   if (!options.times.count && !options.times.step) noticeDefaultFrames();
   const auto milled = verbs::mill(*input, how, observer);
   if (!milled) return report(milled.error());

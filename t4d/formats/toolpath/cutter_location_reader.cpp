@@ -113,11 +113,10 @@ class CutterLocationReader {
       return mounted;
     }
     if (moves_ > 0 && tool != tool_) {
-      return fail(ErrorCode::Unsupported,
-                  fmt::format("a second tool is loaded ({}), and one is given for all; give each "
-                              "with --tool N=SPEC",
-                              inQuotes(tool)),
-                  file_.atLine(line_));
+      return fail(
+          ErrorCode::Unsupported,
+          fmt::format("a second tool is loaded ({}), and one is given for all", inQuotes(tool)),
+          file_.atLine(line_), Remedy::EachTool);
     }
     tool_ = tool;
     return {};

@@ -102,10 +102,10 @@ Result<void> GcodeMachine::checkRotaries(const GcodeBlock& block) const {
     const double value = block.axes[static_cast<std::size_t>(axis)].value_or(0);
     if (value == 0 || kinematics_.turns(axis)) continue;
     return fail(ErrorCode::Unsupported,
-                fmt::format("{0}{1:g} is not supported: it is a rotary axis; say how the machine "
-                            "turns, as in --rotary {0}=table:0,0,0, or give cutter locations "
-                            "(GOTO/x,y,z,i,j,k)",
-                            "XYZABC"[axis], value));
+                fmt::format("{}{:g} is not supported: it is a rotary axis; say how the machine "
+                            "turns, or give cutter locations (GOTO/x,y,z,i,j,k)",
+                            "XYZABC"[axis], value),
+                {}, Remedy::RotaryAxis);
   }
   return {};
 }
@@ -141,9 +141,8 @@ Result<void> GcodeMachine::mount(double tool) {
   if (mounted_ == tool) return {};
   if (!options_.tools && cuts_) {
     return fail(ErrorCode::Unsupported,
-                fmt::format("a second tool is mounted (T{:g}), and one is given for all; give each "
-                            "with --tool N=SPEC",
-                            tool));
+                fmt::format("a second tool is mounted (T{:g}), and one is given for all", tool), {},
+                Remedy::EachTool);
   }
   const auto number = tool == std::floor(tool) && tool >= 0 && tool <= kLargestTool
                           ? static_cast<int>(tool)
@@ -197,7 +196,8 @@ Result<void> GcodeMachine::setToolLength(Tenths code, const GcodeBlock& block) {
   if (code == 431) {
     if (tips) {
       return fail(ErrorCode::Unsupported,
-                  "G43.1 is not supported where lengths of tools are not known; give --tool-table");
+                  "G43.1 is not supported where lengths of tools are not known", {},
+                  Remedy::ToolTable);
     }
     for (int i = 0; i < 3; ++i) {
       if (const auto& given = block.axes[static_cast<std::size_t>(i)]) {
@@ -290,6 +290,7 @@ void GcodeMachine::noteLengthOffset() {
 
 Result<ToolPath> GcodeMachine::finish(const InputFile& file) {
   builder_.path.moves = moves_;
+  builder_.path.unknownMoves = leftOut_;
   auto& notices = builder_.path.notices;
   for (const auto& [line, sentence] : notes_) {
     notices.push_back(fmt::format("{}: {}", file.atLine(line), sentence));
@@ -297,7 +298,7 @@ Result<ToolPath> GcodeMachine::finish(const InputFile& file) {
   if (leftOut_ > 0) {
     notices.push_back(fmt::format(
         "{}: {} of the machine (G28, G30, G53) that are not known: the tool is out of the way "
-        "until X, Y and Z are given again; give the machine's zero with --offset G53=x,y,z",
+        "until X, Y and Z are given again",
         file.atLine(firstLeftOut_),
         model::counted(leftOut_, "move goes to places", "moves go to places")));
   }

@@ -46,19 +46,17 @@ Result<void> GcodeMachine::checkCut(bool cuts) const {
         "a cutting move comes before X, Y and Z have been given; begin with G0 and all three");
   }
   if (builder_.isAway()) {
-    return invalid(fmt::format(
-        "a cutting move where {} is not known{}; give it by G0 before, or say where the machine's "
-        "zero is: --offset G53=x,y,z",
-        unknownAxes(), sinceLeftOut()));
+    return invalid(fmt::format("a cutting move where {} is not known{}; give it by G0 before, or "
+                               "say where the machine's zero is",
+                               unknownAxes(), sinceLeftOut()),
+                   {}, Remedy::MachineZero);
   }
   if (inverseTime_ && !(inverseFeed_ > 0)) {
     return invalid("a cutting move with inverse time (G93) has no F in its line");
   }
   if (!inverseTime_ && !(feed_ > 0)) return invalid("a cutting move has no feed; give F before");
   if (options_.tools && mounted_.value_or(0) == 0) {
-    return invalid(
-        "a cutting move comes before a tool is mounted (T1 M6); --tool SPEC without a number mills "
-        "with one tool, whatever is mounted");
+    return invalid("a cutting move comes before a tool is mounted (T1 M6)", {}, Remedy::AnyTool);
   }
   return {};
 }

@@ -50,9 +50,10 @@ Result<void> GcodeMachine::useOrigin(std::size_t system) {
     return {};
   }
   return fail(ErrorCode::Unsupported,
-              fmt::format("{0} is a second origin, after {1}; say where it is in the frame of the "
-                          "stock: --offset {0}=x,y,z",
-                          systemWord(system), systemWord(*unstated_)));
+              fmt::format("{} is a second origin, after {}; say where it is in the frame of the "
+                          "stock",
+                          systemWord(system), systemWord(*unstated_)),
+              {}, Remedy::Origin);
 }
 
 double GcodeMachine::offsetOf(int axis) const {
@@ -66,8 +67,9 @@ Result<void> GcodeMachine::setOrigin(const GcodeBlock& block) {
   if (kind != 2 && kind != 20) {
     return fail(ErrorCode::Unsupported,
                 fmt::format("G10 L{:g} is not supported: L2 and L20 set origins; lengths of tools "
-                            "are given by --tool-table",
-                            kind));
+                            "are those of a tool table",
+                            kind),
+                {}, Remedy::ToolTable);
   }
   const double number = block.p.value_or(0);
   if (!(number >= 0 && number <= 9) || number != std::floor(number)) {
@@ -81,7 +83,8 @@ Result<void> GcodeMachine::setOrigin(const GcodeBlock& block) {
   if (kind == 2 && !machineZero_) {
     return fail(ErrorCode::Unsupported,
                 "G10 L2 sets an origin from the zero of the machine; say where that is in the "
-                "frame of the stock: --offset G53=x,y,z");
+                "frame of the stock",
+                {}, Remedy::MachineZero);
   }
   const std::size_t system = number == 0 ? system_ : static_cast<std::size_t>(number) - 1;
   const bool all = block.axes[0] && block.axes[1] && block.axes[2];
@@ -159,8 +162,8 @@ Result<void> GcodeMachine::moveInMachine(const GcodeBlock& block) {
   if (auto good = checkCut(*motion_ != 0); !good) return good;
   if (!machineZero_ && *motion_ != 0) {
     return fail(ErrorCode::Unsupported,
-                "a cutting move to a place of the machine is not supported where that is not "
-                "known; give the machine's zero with --offset G53=x,y,z");
+                "a cutting move to a place of the machine is not supported where that is not known",
+                {}, Remedy::MachineZero);
   }
   std::optional<MachineAxes> to = machineZero_;
   for (int axis = 0; axis < 6 && to; ++axis) {

@@ -60,8 +60,9 @@ Result<void> GcodeParameters::set(double number, double value) {
   if (*key >= kFirstOfControl) {
     return fail(ErrorCode::Unsupported,
                 fmt::format("#{} cannot be set: it is a value of the control; offsets are set by "
-                            "G10, G92 and --offset",
-                            *key));
+                            "G10 and G92",
+                            *key),
+                {}, Remedy::Origin);
   }
   if (*key <= static_cast<int>(kArguments)) {
     frames_.back().numbered[*key] = value;

@@ -36,21 +36,18 @@ int offsetOf(std::string_view word) {
 }  // namespace
 
 std::vector<system::FileFormat> toolPathFormats() {
+  constexpr std::string_view kByCaller = "what the caller says";
   return {{"G-code",
            {".nc", ".ngc", ".gcode", ".tap"},
            {"straight moves and chords of arcs", "rapid moves", "changes of tools", "times"},
            false,
-           "the option `--gcode`"},
+           kByCaller},
           {"cutter locations (APT)",
            {".cl", ".cls", ".apt"},
            {"straight moves and turns", "rapid moves", "changes of tools", "times"},
            false,
-           "the option `--locations`"},
-          {"tool table of LinuxCNC",
-           {".tbl"},
-           {"lengths of tools", "remarks"},
-           false,
-           "the option `--tool-table`"}};
+           kByCaller},
+          {"tool table of LinuxCNC", {".tbl"}, {"lengths of tools", "remarks"}, false, kByCaller}};
 }
 
 Result<model::Point3> parsePoint(std::string_view text) {
@@ -156,9 +153,9 @@ Result<void> ToolPathBuilder::moveTo(const model::Point3& tip, const Eigen::Vect
 Result<void> ToolPathBuilder::mount(std::optional<int> tool) {
   if (!options_.tools) return {};
   if (tool && std::ranges::find(*options_.tools, *tool) == options_.tools->end()) {
-    return invalid(
-        fmt::format("tool {0} is mounted, but not given (--tool gives {1}); add --tool {0}=SPEC",
-                    *tool, fmt::join(*options_.tools, ", ")));
+    return invalid(fmt::format("tool {} is mounted, but not given (tools: {})", *tool,
+                               fmt::join(*options_.tools, ", ")),
+                   {}, Remedy::EachTool);
   }
   tool_ = tool;
   if (!away_) hold(tool);

@@ -29,6 +29,7 @@ struct ToolPath {
   /// In order of time; if empty, the one tool, which has no number, is mounted throughout.
   std::vector<Mounting> mountings;
   std::size_t moves = 0;             ///< in the file; an arc is one
+  std::size_t unknownMoves = 0;      ///< to places of the machine whose zero is not given
   std::vector<std::string> notices;  ///< one sentence each
 };
 
@@ -89,7 +90,8 @@ class ToolPathBuilder {
   /// The angle in degrees from the present axis to another one.
   double turnTo(const Eigen::Vector3d& axis) const;
 
-  /// A tool, or none, is in the spindle from now on. Fails if it is not among those that are given.
+  /// A tool, or none, is in the spindle from now on. Fails (Remedy::EachTool) if it is not
+  /// among those that are given.
   Result<void> mount(std::optional<int> tool);
 
   /// The tool goes somewhere that is not known, as if none were mounted, until it comes back.
@@ -99,7 +101,7 @@ class ToolPathBuilder {
   /// Fails if nothing moved.
   Result<ToolPath> finish();
 
-  ToolPath path;  ///< of which `moves` and `notices` are the caller's
+  ToolPath path;  ///< of which `moves`, `unknownMoves` and `notices` are the caller's
 
  private:
   void hold(std::optional<int> tool);

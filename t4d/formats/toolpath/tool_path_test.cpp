@@ -138,8 +138,8 @@ TEST(Gcode, WhatIsNotUnderstoodIsRefusedByNameAndLine) {
             "a.nc:3: G41 is not supported: it is cutter compensation; have the path of the tool's "
             "centre written");
   EXPECT_EQ(refusalOf(gcode(start + "G1 X1 A30")),
-            "a.nc:3: A30 is not supported: it is a rotary axis; say how the machine turns, as in "
-            "--rotary A=table:0,0,0, or give cutter locations (GOTO/x,y,z,i,j,k)");
+            "a.nc:3: A30 is not supported: it is a rotary axis; say how the machine turns, or give "
+            "cutter locations (GOTO/x,y,z,i,j,k)");
   EXPECT_EQ(refusalOf(gcode(start + "G87 X1 Z-2 R1")),
             "a.nc:3: G87 is not supported: it is a boring cycle that needs an operator; have its "
             "moves written");
@@ -175,13 +175,31 @@ TEST(Gcode, WhatIsNotUnderstoodIsRefusedByNameAndLine) {
   EXPECT_EQ(refusalOf(gcode("G0 X0 Y0 Z0\n")),
             "a.nc: nothing moves: there are no two different positions of the tool");
   EXPECT_EQ(refusalOf(gcode(start + "T1 M6\nG1 X1\nT2 M6")),
-            "a.nc:5: a second tool is mounted (T2), and one is given for all; give each with "
-            "--tool N=SPEC");
+            "a.nc:5: a second tool is mounted (T2), and one is given for all");
   EXPECT_EQ(refusalOf(gcode(start + "G55\nG1 X1")),
-            "a.nc:4: G55 is a second origin, after G54; say where it is in the frame of the stock: "
-            "--offset G55=x,y,z");
+            "a.nc:4: G55 is a second origin, after G54; say where it is in the frame of the stock");
   EXPECT_EQ(refusalOf(gcode(start + "G54 G55")),
             "a.nc:3: G55: another word in the line says the same or the opposite");
+}
+
+TEST(Gcode, ErrorsSayByTheirRemedyWhatMayHelp) {
+  const std::string start = "G0 X0 Y0 Z0\nF100\n";
+  const auto remedyOf = [&](const std::string& text, const ToolPathOptions& options = {}) {
+    const auto path = gcode(start + text, options);
+    EXPECT_FALSE(path) << text;
+    return path ? Remedy::None : path.error().remedy;
+  };
+  EXPECT_EQ(remedyOf("G1 X1 A30"), Remedy::RotaryAxis);
+  EXPECT_EQ(remedyOf("T1 M6\nG1 X1\nT2 M6"), Remedy::EachTool);
+  EXPECT_EQ(remedyOf("T7 M6", {.tools = std::vector{1}}), Remedy::EachTool);
+  EXPECT_EQ(remedyOf("G1 X1", {.tools = std::vector{1}}), Remedy::AnyTool);
+  EXPECT_EQ(remedyOf("G55\nG1 X1"), Remedy::Origin);
+  EXPECT_EQ(remedyOf("#5221=3"), Remedy::Origin);
+  EXPECT_EQ(remedyOf("G43.1 Z5"), Remedy::ToolTable);
+  EXPECT_EQ(remedyOf("G10 L1 P1 Z5"), Remedy::ToolTable);
+  EXPECT_EQ(remedyOf("G10 L2 P1 X0"), Remedy::MachineZero);
+  EXPECT_EQ(remedyOf("G53 G1 X1"), Remedy::MachineZero);
+  EXPECT_EQ(remedyOf("G28 Z5\nG0 X9\nG1 X8"), Remedy::MachineZero);
 }
 
 TEST(Gcode, DwellsAndLinesThatMayBeLeftOutAreNoted) {
@@ -292,7 +310,7 @@ TEST(Gcode, OriginsLieWhereTheyAreStated) {
   EXPECT_EQ(placesOf(gcode("G0 X5 Y0 Z0\nG10 L20 P1 X0\nX1")), (std::vector<Point3>{{6, 0, 0}}));
   EXPECT_EQ(refusalOf(gcode("G10 L2 P1 X0\nG0 X5 Y0 Z0")),
             "a.nc:1: G10 L2 sets an origin from the zero of the machine; say where that is in the "
-            "frame of the stock: --offset G53=x,y,z");
+            "frame of the stock");
   ASSERT_TRUE(parseOffset("G53=100,0,0", options.offsets));
   EXPECT_EQ(placesOf(gcode("G0 X5 Y0 Z0\nG10 L2 P1 X-100 Y1\nX1", options)),
             (std::vector<Point3>{{1, 0, 0}}));
@@ -322,24 +340,23 @@ TEST(Gcode, TheToolIsOutOfTheWayWhereItsPlaceIsNotKnown) {
   ASSERT_EQ(path->notices.size(), 1U);
   EXPECT_EQ(path->notices[0],
             "a.nc:1: 3 moves go to places of the machine (G28, G30, G53) that are not known: the "
-            "tool is out of the way until X, Y and Z are given again; give the machine's zero "
-            "with --offset G53=x,y,z");
+            "tool is out of the way until X, Y and Z are given again");
+  EXPECT_EQ(path->unknownMoves, 3U);
   ASSERT_EQ(path->mountings.size(), 3U);
   EXPECT_EQ(path->mountings[0].tool, 0);
   EXPECT_EQ(path->mountings[1].tool, std::nullopt);
   EXPECT_EQ(path->mountings[2].tool, 0);
   EXPECT_EQ(path->mountings[1].time, path->motion.segments[0].timeEnd);
   EXPECT_EQ(path->mountings[2].time, path->motion.segments[1].timeEnd);
-  EXPECT_EQ(
-      refusalOf(gcode("G0 X0 Y0 Z0\nG28 Z5\nG0 X9\nG1 X8 F60")),
-      "a.nc:4: a cutting move where Z is not known, since line 2 moves to a place of the "
-      "machine; give it by G0 before, or say where the machine's zero is: --offset G53=x,y,z");
+  EXPECT_EQ(refusalOf(gcode("G0 X0 Y0 Z0\nG28 Z5\nG0 X9\nG1 X8 F60")),
+            "a.nc:4: a cutting move where Z is not known, since line 2 moves to a place of the "
+            "machine; give it by G0 before, or say where the machine's zero is");
   EXPECT_EQ(refusalOf(gcode("G0 X0 Y0 Z0\nG28 Z5\nG91 G0 Z1")),
             "a.nc:3: Z is relative (G91) where it is not known, since line 2 moves to a place of "
             "the machine");
   EXPECT_EQ(refusalOf(gcode("G0 X0 Y0 Z0\nG53 G1 X1 F60")),
             "a.nc:2: a cutting move to a place of the machine is not supported where that is not "
-            "known; give the machine's zero with --offset G53=x,y,z");
+            "known");
 }
 
 TEST(Gcode, AToolTurnsWhileItIsOutOfTheWay) {
@@ -380,11 +397,9 @@ TEST(Gcode, ToolsAreThoseThatAreGiven) {
   EXPECT_NEAR(path->mountings[1].time, 2, 1e-12);
   EXPECT_EQ(path->mountings[2].tool, std::nullopt);
   EXPECT_EQ(refusalOf(gcode("T1 M6\nG0 X0 Y0 Z0\nT7 M6", options)),
-            "a.nc:3: tool 7 is mounted, but not given (--tool gives 1, 2); add --tool "
-            "7=SPEC");
+            "a.nc:3: tool 7 is mounted, but not given (tools: 1, 2)");
   EXPECT_EQ(refusalOf(gcode("G0 X0 Y0 Z0\nG1 X1 F60", options)),
-            "a.nc:2: a cutting move comes before a tool is mounted (T1 M6); --tool SPEC without a "
-            "number mills with one tool, whatever is mounted");
+            "a.nc:2: a cutting move comes before a tool is mounted (T1 M6)");
 }
 
 TEST(Gcode, LengthsOfToolsShiftTheTip) {
@@ -464,8 +479,8 @@ TEST(Gcode, ExpressionsSayWhatIsWrong) {
   EXPECT_EQ(error("X#<depth>"), "a.nc:2: #<DEPTH> has not been set");
   EXPECT_EQ(error("X#6000"), "a.nc:2: #6000 is no parameter: they have the numbers 1 to 5602");
   EXPECT_EQ(error("#5221=3"),
-            "a.nc:2: #5221 cannot be set: it is a value of the control; offsets are set by G10, "
-            "G92 and --offset");
+            "a.nc:2: #5221 cannot be set: it is a value of the control; offsets are set by G10 "
+            "and G92");
   EXPECT_EQ(error("X#5061"),
             "a.nc:2: #5061 is not supported: it is a value of the control that is not known here, "
             "or not yet");
@@ -643,9 +658,7 @@ TEST(CutterLocations, ToolsAreThoseThatAreGiven) {
   EXPECT_EQ(path->mountings[0].tool, 1);
   EXPECT_EQ(path->mountings[1].tool, 2);
   EXPECT_NEAR(path->mountings[1].time, 1, 1e-12);
-  EXPECT_EQ(refusalOf(read("LOADTL/7")),
-            "a.cl:1: tool 7 is mounted, but not given (--tool gives 1, 2); add --tool "
-            "7=SPEC");
+  EXPECT_EQ(refusalOf(read("LOADTL/7")), "a.cl:1: tool 7 is mounted, but not given (tools: 1, 2)");
 }
 
 TEST(CutterLocations, TheTipGoesStraightWhileTheToolTurns) {

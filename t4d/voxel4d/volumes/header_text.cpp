@@ -48,9 +48,8 @@ Result<std::uint64_t> chosenChannel(std::uint64_t channels,
                                     const std::optional<std::uint32_t>& channel,
                                     const std::string& where) {
   if (channels > 1 && !channel) {
-    return invalid(
-        fmt::format("has {} channels; choose one by --channel 0 to {}", channels, channels - 1),
-        where);
+    return invalid(fmt::format("has {} channels; choose one, 0 to {}", channels, channels - 1),
+                   where, Remedy::Channel);
   }
   if (channel.value_or(0) < channels) return channel.value_or(0);
   return invalid(fmt::format("has {} channel{}, so there is no channel {} (counted from 0)",

@@ -284,7 +284,7 @@ TEST(RegionOfAVolume, SaysWhatIsWrong) {
     return woven({folder / name}, options).fault;
   };
   EXPECT_THAT(faultOf("3:14,:,:"),
-              HasSubstr("a.nrrd: --region has 3:14 along x, where there are 13 samples"));
+              HasSubstr("a.nrrd: the region has 3:14 along x, where there are 13 samples"));
   EXPECT_THAT(faultOf(":,-1:,:"), HasSubstr("has -1: along y, where there are 9 samples"));
   EXPECT_THAT(faultOf(":,:,11:"), HasSubstr("has 11: along z, where there are 11 samples"));
   EXPECT_THAT(faultOf(":,:,:,2:6"), HasSubstr("has 2:6 along t, where there are 5 frames"));

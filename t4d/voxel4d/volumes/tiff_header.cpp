@@ -281,11 +281,8 @@ Result<Planes> planesOf(const TiffFile& file, const std::string& description, st
   // One axis of pages.
   const std::string of = axes.empty() ? "zyx" : axes;
   if (of.size() != 3 || !of.ends_with("yx")) {
-    return invalid(
-        fmt::format("does not say how its {} pages are arranged; with --axes zyx they are one "
-                    "frame, with --axes tyx frames of one plane each",
-                    pages),
-        where);
+    return invalid(fmt::format("does not say how its {} pages are arranged", pages), where,
+                   Remedy::PageAxes);
   }
   Planes planes;
   planes.axes = of.substr(0, 1);

@@ -217,7 +217,7 @@ TEST_F(Tiff, OfImageJHasSpacingTimeAndChannels) {
   EXPECT_EQ(volume->timeUnit, "s");
   EXPECT_EQ(Eigen::Vector3d(volume->toSpace->diagonal()), Eigen::Vector3d(0.25, 0.125, 0.75));
   EXPECT_EQ(volume->frames->frame(2)->time, 0.08);
-  EXPECT_THAT(faultOf("a.tif"), HasSubstr("has 2 channels; choose one by --channel 0 to 1"));
+  EXPECT_THAT(faultOf("a.tif"), HasSubstr("has 2 channels; choose one, 0 to 1"));
   EXPECT_THAT(faultOf("a.tif", {.channel = 2}), HasSubstr("there is no channel 2"));
 }
 
@@ -325,7 +325,10 @@ TEST_F(Tiff, WithoutADescriptionHasPagesThatAreSlicesOrFrames) {
   const auto volume = openVolumeFrames(series, {.iso = 5});
   ASSERT_TRUE(volume) << volume.error().text();
   EXPECT_EQ(volume->frames->frameCount(), kFrames);
-  EXPECT_THAT(faultOf("s0.tif"), HasSubstr("with --axes tyx each of its pages is a frame"));
+  const auto single = openVolumeFrames(std::span(series).first(1), {.iso = 5});
+  ASSERT_FALSE(single);
+  EXPECT_THAT(single.error().message, HasSubstr("has one frame only"));
+  EXPECT_EQ(single.error().remedy, Remedy::PagesAsFrames);
   write(folder_ / "movie.tif", {{0, 0, 1}, {0, 1, 1}, {0, 2, 1}}, "");
   expectSamples(folder_ / "movie.tif", {.axes = "tyx"}, 1);
   EXPECT_THAT(faultOf("movie.tif", {.axes = "tzyx"}), HasSubstr("does not say how its 3 pages"));

@@ -584,9 +584,8 @@ Result<VolumeFrames> openVolumeFrames(std::span<const fs::path> inputs,
   const std::size_t count = files.size() > 1 ? files.size() : first.frames();
   if (count < 2) {
     const bool pages = first.data[0].encoding == SampleEncoding::Tiff && first.size('z') > 1;
-    return invalid(fmt::format("has one frame only; a 4D mesh needs two or more{}",
-                               pages ? ": with --axes tyx each of its pages is a frame" : ""),
-                   first.where);
+    return invalid("has one frame only; a 4D mesh needs two or more", first.where,
+                   pages ? Remedy::PagesAsFrames : Remedy::None);
   }
   Extent frames{0, count};
   if (options.region) {

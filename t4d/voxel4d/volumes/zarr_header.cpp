@@ -43,10 +43,8 @@ char axisNamed(const std::string& given, const std::string& type = {}) {
 }
 
 Error cannotTellAxes(const std::string& said, const std::string& where) {
-  return invalid(fmt::format("has the axes {}, which do not tell x, y, z, t and c; --axes gives "
-                             "them, as tzyx",
-                             said),
-                 where);
+  return invalid(fmt::format("has the axes {}, which do not tell x, y, z, t and c", said), where,
+                 Remedy::Axes);
 }
 
 /// Whether x and y are there, and none twice.

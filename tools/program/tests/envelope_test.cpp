@@ -107,7 +107,7 @@ TEST_F(Program, PartsOfTheFieldsOfAnEnvelopeAreRefusedWhereTheyCannotBe) {
           "--part: there are 2 blocks of 8 planes along x, too few for 3 parts");
   // A part needs its share of the memory.
   const std::string fine = "envelope cube.t4d --voxel-size 0.5 --max-memory 0.005 --dwell ";
-  refuses(fine + "no.vdb", "0.61 fits, and so may parts of them (--part)");
+  refuses(fine + "no.vdb", "0.61 fits, and so may parts of them");
   EXPECT_EQ(run(fine + "fine.vdb --part 3/6").exitCode, 0);
 
   for (const char* part : {"1/2", "2/2"}) {
@@ -286,7 +286,7 @@ TEST_F(Program, EnvelopeOfAThinSheetSaysWhatElseFindsIt) {
   const Finished none = run("envelope sheet.t4d --voxel-size 1 -o no.ply");
   EXPECT_EQ(none.exitCode, 1);
   EXPECT_THAT(none.err, testing::HasSubstr("0.0005 may find it, but takes "));
-  EXPECT_THAT(none.err, testing::HasSubstr("--exact or --outside needs no voxels as small"));
+  EXPECT_THAT(none.err, testing::HasSubstr("--exact or --outside, which need no voxels as small"));
   EXPECT_NEAR(run("envelope sheet.t4d --exact --json").value()["volume"].get<double>(), 120, 1e-6);
   EXPECT_EQ(run("envelope sheet.t4d --outside --voxel-size 3 --json").value()["components"], 1);
 }

@@ -48,6 +48,8 @@ TEST_F(Program, MillMountsToolsAndKnowsTheMachine) {
   const Finished done = run(all + "--json -o mounted.t4d");
   EXPECT_NE(done.err.find("two.nc:5: 1 move goes to places of the machine"), std::string::npos)
       << done.err;
+  EXPECT_NE(done.err.find("note: --offset G53=x,y,z gives the machine's zero"), std::string::npos)
+      << done.err;
   const json value = done.value();
   std::vector<int> mounted;
   for (const auto& one : value["mountings"]) mounted.push_back(one["tool"]);
@@ -59,6 +61,8 @@ TEST_F(Program, MillMountsToolsAndKnowsTheMachine) {
           "two.nc:7: tool 2 is mounted, but not given");
   refuses(mill + "--tool 1=flat:d=6,l=30 --tool 2=drill:d=4 -o out.t4d",
           "two.nc:9: G55 is a second origin, after G54");
+  refuses(mill + "--tool 1=flat:d=6,l=30 --tool 2=drill:d=4 -o out.t4d",
+          "try: --offset ORIGIN=x,y,z");
   misused(mill + "--tool 1=flat:d=6,l=30 --tool flat:d=6,l=30 -o out.t4d",
           "with and without a number");
   misused(mill + "--tool 1=flat:d=6,l=30 --holder 2=d=9,l=9 -o out.t4d", "there is no tool 2");

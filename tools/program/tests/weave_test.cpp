@@ -100,7 +100,7 @@ TEST_F(Program, WeavesARegion) {
   EXPECT_THAT(cut.err, testing::HasSubstr("is closed there: at y = 8"));
   const json info = run("info part.t4d --json").value();
   EXPECT_EQ(info["details"]["parameters"]["region"], ":,8:,:,1:4");
-  refuses(part + ":,:,:,1:99", "labels.nrrd: --region has 1:99 along t, where there are");
+  refuses(part + ":,:,:,1:99", "labels.nrrd: the region has 1:99 along t, where there are");
   for (const std::string wrong : {":,:", "4:4,:,:", "a:,:,:"}) {
     EXPECT_EQ(run(part + wrong).exitCode, 2) << wrong;
   }
