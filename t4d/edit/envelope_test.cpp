@@ -176,14 +176,14 @@ TEST(Envelope, RefusesAVoxelSizeThatNeedsTooMuchMemoryAndSaysOneThatFits) {
   const auto refused = envelopeOf(silhouette, {.voxelSize = 0.01});
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().text(),
-            "a voxel size of 0.01 would need about 56.1 GiB of memory, more than 4 GiB; 0.038 "
-            "fits");
+            "with a voxel size of 0.01 the envelope needs about 60.19 GB of memory, more than the "
+            "limit of 4.00 GB; 0.039 fits");
   const auto never = envelopeOf(silhouette, {.voxelSize = 1, .maxBytes = 1});
   ASSERT_FALSE(never);
   EXPECT_TRUE(never.error().text().ends_with("; no voxel size fits")) << never.error().text();
   const auto tooMany = envelopeOf(silhouette, {.voxelSize = 1e-7});
   ASSERT_FALSE(tooMany);
-  EXPECT_TRUE(tooMany.error().text().ends_with("; 0.038 fits")) << tooMany.error().text();
+  EXPECT_TRUE(tooMany.error().text().ends_with("; 0.039 fits")) << tooMany.error().text();
   const auto far = envelopeOf(silhouette, {.voxelSize = 1e-30});
   ASSERT_FALSE(far);
   EXPECT_TRUE(far.error().text().ends_with(" fits")) << far.error().text();

@@ -107,7 +107,8 @@ TEST_F(Program, PartsOfTheFieldsOfAnEnvelopeAreRefusedWhereTheyCannotBe) {
           "--part: there are 2 blocks of 8 planes along x, too few for 3 parts");
   // A part needs its share of the memory.
   const std::string fine = "envelope cube.t4d --voxel-size 0.5 --max-memory 0.005 --dwell ";
-  refuses(fine + "no.vdb", "0.61 fits, and so may parts of them");
+  refuses(fine + "no.vdb", "0.62 fits, and so may parts of them");
+  refuses(fine + "no.vdb", "or --part K/N");
   EXPECT_EQ(run(fine + "fine.vdb --part 3/6").exitCode, 0);
 
   for (const char* part : {"1/2", "2/2"}) {
@@ -191,8 +192,8 @@ TEST_F(Program, EnvelopeWritesAFilePerBody) {
 TEST_F(Program, EnvelopeRefusesWhatItCannotDo) {
   ASSERT_EQ(run(kPaper).exitCode, 0);
   refuses("envelope cube.t4d --voxel-size 0.001 -o no.ply",
-          "would need about 5605.8 GiB of memory, more than 4 GiB; 0.038 fits");
-  refuses("envelope cube.t4d --voxel-size 0.05 --visits no.vdb", "0.064 fits");
+          "needs about 6019.20 GB of memory, more than the limit of 4.00 GB; 0.039 fits");
+  refuses("envelope cube.t4d --voxel-size 0.05 --visits no.vdb", "0.065 fits");
   refuses("envelope cube.t4d --from 70 -o no.ply", "the mesh lasts from time 0 to 64");
   misused("envelope cube.t4d --from 3 --to 2", "--from 3 is not before --to 2");
   misused("envelope cube.t4d --visits no.txt", "does not end with .vdb");
