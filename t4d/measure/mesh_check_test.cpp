@@ -10,6 +10,7 @@
 
 #include "t4d/formats/t4d/writer.h"
 #include "t4d/measure/slab_measure.h"
+#include "t4d/model/facets.h"
 #include "t4d/verbs/validate.h"
 
 namespace t4d::measure {

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "t4d/formats/gltf/gltf_writer.h"
 #include "t4d/formats/usd/usd_writer.h"
 #include "t4d/verbs/flipbook.h"
 #include "tools/program/centering.h"
