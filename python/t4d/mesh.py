@@ -273,12 +273,14 @@ class Mesh(Unchanging):
     @property
     def vertices(self) -> NDArray[np.float64]:
         """(n, 4) float64: those of ``flat()``, which gives both at once."""
-        return self._half(0)
+        vertices: NDArray[np.float64] = self._half(0)
+        return vertices
 
     @property
     def cells(self) -> NDArray[np.uint32]:
         """(m, 4) uint32."""
-        return self._half(1)
+        cells: NDArray[np.uint32] = self._half(1)
+        return cells
 
     def _half(self, which: int) -> Any:
         # The other half is kept while this one is in use, for who asks for it next.
