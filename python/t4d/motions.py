@@ -84,7 +84,7 @@ class Motion(Unchanging):
         wrong |= np.any(matrices[:, 3] != [0, 0, 0, 1], axis=1)
         if wrong.any():
             raise ValueError(
-                f"matrix {int(np.argmax(wrong))} is no rotation with a translation: "
+                f"matrix {int(np.argmax(wrong))} is not a rotation with a translation: "
                 "solids neither scale nor shear nor mirror"
             )
         quaternions = np.array([_quaternion(rotation) for rotation in rotations])

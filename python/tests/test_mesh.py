@@ -307,7 +307,7 @@ def test_motions_are_the_same_however_given():
         pose[:3, 3] = random.normal(size=3)
         motion = t4d.Motion.from_matrices([0, 1], [np.eye(4), pose])
         assert np.allclose(motion.at(1), pose, atol=1e-12)
-    with pytest.raises(ValueError, match="matrix 1 is no rotation"):
+    with pytest.raises(ValueError, match="matrix 1 is not a rotation"):
         t4d.Motion.from_matrices([0, 1], [np.eye(4), 2 * np.eye(4)])
     with pytest.raises(t4d.InvalidInput, match="duration"):
         t4d.Motion({"segments": [{}]})

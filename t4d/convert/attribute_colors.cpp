@@ -76,7 +76,7 @@ class Range {
     const std::uint32_t components = attribute.components;
     if (components != components_) return "has another number of components elsewhere";
     if (distinct_) {
-      return components == 1 && isWhole(attribute.type) ? "" : "is no whole number";
+      return components == 1 && isWhole(attribute.type) ? "" : "is not a whole number";
     }
     if (components == 1) return {};
     if (components != 3 && components != 4) {

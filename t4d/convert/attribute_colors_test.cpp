@@ -100,7 +100,7 @@ TEST(AttributeColors, OfWhatIsNoColorAreRefused) {
   EXPECT_EQ(why("pair", false),
             "attribute 'pair' has 2 components, expected 1, or 3 or 4 for colours");
   EXPECT_EQ(why("heat", false), "there is no attribute 'heat'; there is pair");
-  EXPECT_EQ(why("pair", true), "attribute 'pair' is no whole number");
+  EXPECT_EQ(why("pair", true), "attribute 'pair' is not a whole number");
 }
 
 }  // namespace

@@ -73,7 +73,7 @@ class RigidSink : public PrismSteps {
       reference_ = pose.reference;
     }
     if (!isRotation(pose.pose.leftCols<3>())) {
-      return no(time, "the pose is no rotation: it scales, shears or mirrors");
+      return no(time, "the pose is not a rotation: it scales, shears or mirrors");
     }
     motion_.layers.push_back({time, pose.pose});
     return {};

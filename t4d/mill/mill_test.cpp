@@ -599,9 +599,10 @@ TEST(ToolShape, SaysWhatIsWrong) {
             "the length l=2 must be more than the height 3 of the rounded end");
   EXPECT_EQ(error("bull:d=6,r=3,l=9"),
             "the rounding r=3 must be below half the diameter d=6; with half of it this is a ball");
-  EXPECT_EQ(error("reamer:d=6,l=9"),
-            "'reamer:d=6,l=9' is no tool; expected ball:, flat:, bull:, drill:, vbit:, chamfer: or "
-            "taper: and sizes, as in ball:d=6,l=30, or the file of a triangle mesh");
+  EXPECT_EQ(
+      error("reamer:d=6,l=9"),
+      "'reamer:d=6,l=9' is not a tool; expected ball:, flat:, bull:, drill:, vbit:, chamfer: or "
+      "taper: and sizes, as in ball:d=6,l=30, or the file of a triangle mesh");
   EXPECT_EQ(error("drill:d=6"), "no error");
   EXPECT_EQ(error("drill:d=6,a=180"), "the angle a=180 must be below 180 degrees");
   EXPECT_EQ(error("vbit:d=6,a=90"), "'d=6,a=90' has no l; write it as in vbit:d=6,a=60,t=0.2,l=20");

@@ -187,7 +187,7 @@ Result<ToolShape> parseTool(std::string_view text) {
   const auto known = std::ranges::find(kTools, text.substr(0, colon), &KnownTool::word);
   if (known == kTools.end()) {
     return invalid(
-        fmt::format("'{}' is no tool; expected ball:, flat:, bull:, drill:, vbit:, chamfer: or "
+        fmt::format("'{}' is not a tool; expected ball:, flat:, bull:, drill:, vbit:, chamfer: or "
                     "taper: and sizes, as in ball:d=6,l=30, or the file of a triangle mesh",
                     text));
   }

@@ -29,7 +29,7 @@ Result<void> checkConversion(const ConvertOptions& options) {
     const std::string error =
         options.to.empty() ? fmt::format("unsupported output extension: '{}' is not .t4d, {}",
                                          options.output, formats::writableMesh4dExtensions())
-                           : fmt::format("'{}' is no format that can be written", options.to);
+                           : fmt::format("'{}' is not a format that can be written", options.to);
     return fail(ErrorCode::Options, error);
   }
   if (isFromT4d(options)) {
@@ -40,7 +40,8 @@ Result<void> checkConversion(const ConvertOptions& options) {
   if (options.from.empty()) return {};
   const auto* from = formats::mesh4dFormat(options.from);
   if (from != nullptr && from->read != nullptr) return {};
-  return fail(ErrorCode::Options, fmt::format("'{}' is no format that can be read", options.from));
+  return fail(ErrorCode::Options,
+              fmt::format("'{}' is not a format that can be read", options.from));
 }
 
 Result<void> writeConvertedT4d(const std::string& output, ConvertInput& input, Observer& observer) {

@@ -28,7 +28,7 @@ namespace {
 Result<void> checkMap(const TransformOptions& options) {
   const auto isZero = [](double number) { return number == 0; };
   if (!options.axes.empty() && !areAxes(options.axes)) {
-    return fail(ErrorCode::Options, fmt::format("'{}' is no order of axes", options.axes));
+    return fail(ErrorCode::Options, fmt::format("'{}' is not an order of axes", options.axes));
   }
   if (options.scale && std::ranges::any_of(*options.scale, isZero)) {
     return fail(ErrorCode::Options, "a scale of 0 leaves no solid");

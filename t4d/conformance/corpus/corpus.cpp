@@ -204,7 +204,7 @@ Result<std::vector<std::string>> verifyCorpus(const std::filesystem::path& direc
     if (!entry.is_regular_file()) continue;
     const auto name = entry.path().lexically_relative(directory);
     if (!expected.contains(name)) {
-      differences.push_back(fmt::format("{} is no file of the corpus", name.string()));
+      differences.push_back(fmt::format("{} is not a file of the corpus", name.string()));
     }
   }
   if (error) return fail(ErrorCode::Io, error.message(), directory.string());

@@ -51,7 +51,7 @@ TEST(Corpus, IsWrittenWholeAndDifferencesAreNamed) {
       *verifyCorpus(directory),
       testing::UnorderedElementsAre("valid/one-simplex.t4d is missing",
                                     testing::StartsWith("valid/one-simplex.json is different"),
-                                    "invalid/H1-other.t4d is no file of the corpus"));
+                                    "invalid/H1-other.t4d is not a file of the corpus"));
   std::filesystem::remove_all(directory);
 }
 

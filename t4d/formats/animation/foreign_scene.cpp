@@ -141,8 +141,9 @@ class GlbConverter {
       const int from = axis(name.c_str()).value_or(axes[row].second);
       const int sign = axis((name + "Sign").c_str()).value_or(1);
       if (from < 0 || from > 2 || !seen.insert(from).second || (sign != 1 && sign != -1)) {
-        return invalid(fmt::format("its axes are no axes: {} is {} with sign {}", name, from, sign),
-                       file_.path.string());
+        return invalid(
+            fmt::format("its axes are not axes: {} is {} with sign {}", name, from, sign),
+            file_.path.string());
       }
       for (unsigned column = 0; column < 3; ++column) {
         transform[row][column] = static_cast<int>(column) == from ? static_cast<float>(sign) : 0;

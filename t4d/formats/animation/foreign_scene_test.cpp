@@ -218,7 +218,7 @@ TEST(ForeignScene, FbxIsWhereItsKeysUnitsAndAxesSay) {
   const auto scene = sceneOf(fbx("", 100));
   ASSERT_TRUE(scene) << scene.error().text();
   expectBounds(boundsAt(scene->bodies[0], 2), {10300, 500, 700}, {10600, 700, 1100});
-  EXPECT_NE(errorOf(fbx(axisText("UpAxis", 0, 1), 1)).find("its axes are no axes"),
+  EXPECT_NE(errorOf(fbx(axisText("UpAxis", 0, 1), 1)).find("its axes are not axes"),
             std::string::npos);
 }
 

@@ -38,7 +38,7 @@ class InstanceReader {
       const int index = value.IsInt() ? value.Get<int>() : -1;
       const auto* accessor = elementAt(model_.accessors, index);
       if (accessor == nullptr) {
-        return invalid(fmt::format("its attribute {} is no accessor; there are {}", name,
+        return invalid(fmt::format("its attribute {} is not an accessor; there are {}", name,
                                    model_.accessors.size()),
                        where_);
       }

@@ -288,7 +288,7 @@ TEST(GltfReader, JudgesInstances) {
   EXPECT_EQ(
       errorWhere(fmt::format(R"([{{"op": "replace", "path": "{}/SCALE", "value": 7}}])", attributes)
                      .c_str()),
-      "a.glb: nodes[0].EXT_mesh_gpu_instancing: its attribute SCALE is no accessor; there "
+      "a.glb: nodes[0].EXT_mesh_gpu_instancing: its attribute SCALE is not an accessor; there "
       "are 5");
   // Many times what the file holds: of those that are counted, and of one that nothing is read of.
   const auto many = [](std::uint64_t count, const char* only) {

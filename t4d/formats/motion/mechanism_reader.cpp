@@ -198,8 +198,9 @@ class MechanismParser {
     for (const FileBody& body : bodies_) {
       parents_.push_back(body.parent.empty() ? Link::kWorld : numberOf(body.parent));
       if (body.parent.empty() || parents_.back() != Link::kWorld) continue;
-      refuseJson(fmt::format("is '{}', which is no body; bodies are {}", body.parent, allNames()),
-                 body.where + ".parent");
+      refuseJson(
+          fmt::format("is '{}', which is not a body; bodies are {}", body.parent, allNames()),
+          body.where + ".parent");
     }
     std::vector<std::size_t> cycle;
     order_ = parentsFirst(parents_, cycle);
@@ -365,7 +366,7 @@ class MechanismParser {
     const std::string name = motion.text("follows");
     const std::size_t leader = numberOf(name);
     if (leader == Link::kWorld) {
-      refuseJson(fmt::format("is '{}', which is no body; bodies are {}", name, allNames()),
+      refuseJson(fmt::format("is '{}', which is not a body; bodies are {}", name, allNames()),
                  motion.where("follows"));
     }
     const FileBody& other = bodies_[leader];

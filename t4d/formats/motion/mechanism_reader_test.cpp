@@ -203,7 +203,7 @@ TEST(MechanismReader, RefusesWithTheMember) {
   };
   EXPECT_THAT(changed("/bodies/1/name", "a"), HasSubstr("bodies[1].name: is 'a', the name of"));
   EXPECT_THAT(changed("/bodies/1/parent", "z"),
-              HasSubstr("bodies[1].parent: is 'z', which is no body; bodies are 'a', 'b'"));
+              HasSubstr("bodies[1].parent: is 'z', which is not a body; bodies are 'a', 'b'"));
   EXPECT_THAT(changed("/bodies/0/parent", "b"),
               HasSubstr("bodies: hang on each other: 'a', 'b', 'a'"));
   EXPECT_THAT(changed("/bodies/0/joint/type", "hinge"),

@@ -270,7 +270,7 @@ class UrdfReader {
     const auto found = linkNumbers_.find(link->second);
     if (found != linkNumbers_.end()) return found->second;
     return wrong(*element,
-                 fmt::format("the {} is {}, which is no link", role, inQuotes(link->second)));
+                 fmt::format("the {} is {}, which is not a link", role, inQuotes(link->second)));
   }
 
   Result<void> readJoints() {
@@ -456,8 +456,8 @@ class UrdfReader {
         if (links_[link].joint->moves()) names.push_back(inQuotes(name));
       }
       return invalid(
-          fmt::format("the column {} is no joint of {}; its joints are {}", inQuotes(column.name),
-                      file_.path.string(), fmt::join(names, ", ")),
+          fmt::format("the column {} is not a joint of {}; its joints are {}",
+                      inQuotes(column.name), file_.path.string(), fmt::join(names, ", ")),
           path.string());
     }
     return {};
@@ -492,7 +492,7 @@ class UrdfReader {
       while (!chain.back()->mimics.empty() && chain.back()->values.empty()) {
         const auto at = [&] { return file_.atLine(chain.back()->line); };
         if (!jointLinks_.contains(chain.back()->mimics)) {
-          return invalid(fmt::format("joint {} mimics {}, which is no joint",
+          return invalid(fmt::format("joint {} mimics {}, which is not a joint",
                                      inQuotes(chain.back()->name), inQuotes(chain.back()->mimics)),
                          at());
         }

@@ -137,7 +137,7 @@ TEST(UrdfReader, RefusesWithTheLine) {
   EXPECT_THAT(error(robot(joint("b", "a", "<mimic joint=\"to b\"/>"))), HasSubstr("mimics itself"));
   EXPECT_THAT(error(robot(joint("b", "a", "<mimic joint=\"none\"/>"))), HasSubstr("no joint"));
   EXPECT_THAT(error(robot(b), "time,elbow\n0,0\n1,1\n"),
-              HasSubstr("t.csv: the column 'elbow' is no joint of"));
+              HasSubstr("t.csv: the column 'elbow' is not a joint of"));
   EXPECT_THAT(error(robot(b), "time,to b [mm]\n0,0\n1,1\n"), HasSubstr("expected rad or deg"));
   const auto meshed = [&](const std::string& name) {
     return error(robot(b + "<link name=\"m\">\n<collision><geometry><mesh filename=\"" + name +

@@ -231,8 +231,8 @@ Result<void> checkTarget(const fs::path& into, const fs::path& folder) {
   const fs::file_status there = fs::status(into, ignored);
   if (into == "-" ||
       (fs::exists(there) && !fs::is_regular_file(there) && !fs::is_directory(there))) {
-    return fail(ErrorCode::Options, "is no regular file, and cannot be written by many processes",
-                into.string());
+    return fail(ErrorCode::Options,
+                "is not a regular file, and cannot be written by many processes", into.string());
   }
   if (const auto possible = OutputFile::create(into); !possible) return possible.error();
   if (isPlanned(folder)) {

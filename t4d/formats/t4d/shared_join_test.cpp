@@ -223,7 +223,7 @@ TEST(SharedJoin, NeedsAPlanAndARegularFile) {
               HasSubstr("no join into this file is planned"));
   EXPECT_THAT(errorOf(finishJoin(into)), HasSubstr("no join into this file is planned"));
   const std::vector<fs::path> parts = partsOf({RandomSlabs(1).make(3)}, 2);
-  EXPECT_THAT(errorOf(planJoin(parts, "/dev/null")), HasSubstr("is no regular file"));
+  EXPECT_THAT(errorOf(planJoin(parts, "/dev/null")), HasSubstr("is not a regular file"));
   EXPECT_THAT(errorOf(planJoin(parts, "/")), HasSubstr("is a folder"));
   EXPECT_THAT(errorOf(planJoin(parts, "no/such.t4d")), HasSubstr("there is no folder no"));
   const auto unindexed = partsOf({RandomSlabs(1).make(3)}, 1, {.index = false});

@@ -54,7 +54,7 @@ Result<Arc> arcOf(const ArcWords& words) {
   if (!centre) return centre.error();
   if (!(words.turns >= 1) || words.turns != std::floor(words.turns)) {
     return invalid(
-        fmt::format("P{:g}, the turns of an arc, is no whole number above zero", words.turns));
+        fmt::format("P{:g}, the turns of an arc, is not a whole number above zero", words.turns));
   }
   const Eigen::Vector2d end = words.to - *centre;
   Arc arc{*centre, words.from - *centre, end.norm()};

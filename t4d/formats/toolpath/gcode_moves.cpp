@@ -215,7 +215,7 @@ Result<void> GcodeMachine::setSeries(const GcodeBlock& block) {
   const double repeats = block.l.value_or(1);
   if (!(repeats >= 1 && repeats <= static_cast<double>(model::kMaxSegments)) ||
       repeats != std::floor(repeats)) {
-    return invalid(fmt::format("{}: L{:g} is no whole number from 1 to {}", word, repeats,
+    return invalid(fmt::format("{}: L{:g} is not a whole number from 1 to {}", word, repeats,
                                model::kMaxSegments));
   }
   if (!series_) series_ = Series{.level = at_[w]};

@@ -13,7 +13,7 @@ constexpr int kFirstOfControl = 5001;
 Result<int> parameterNumber(double number) {
   if (!(std::abs(number - std::round(number)) < 1e-4) || !(number > 0.5) ||
       !(number < GcodeParameters::kMost + 0.5)) {
-    return invalid(fmt::format("#{:g} is no parameter: they have the numbers 1 to {}", number,
+    return invalid(fmt::format("#{:g} is not a parameter: they have the numbers 1 to {}", number,
                                GcodeParameters::kMost));
   }
   return static_cast<int>(std::round(number));

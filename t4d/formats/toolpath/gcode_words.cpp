@@ -174,7 +174,7 @@ Result<double> GcodeWords::function() {
   if (isArcTangent) return arcTangent(*argument);
   const double value = found->apply(*argument);
   if (std::isfinite(value)) return value;
-  return invalid(fmt::format("{}[{:g}] is no number", found->name, *argument));
+  return invalid(fmt::format("{}[{:g}] is not a number", found->name, *argument));
 }
 
 Result<double> GcodeWords::arcTangent(double y) {
@@ -203,7 +203,7 @@ Result<double> GcodeWords::expression(int leastPrecedence) {
     if (!right) return right;
     const double result = found->apply(*value, *right);
     if (!std::isfinite(result)) {
-      return invalid(fmt::format("{:g} {} {:g} is no number", *value, found->name, *right));
+      return invalid(fmt::format("{:g} {} {:g} is not a number", *value, found->name, *right));
     }
     value = result;
   }

@@ -21,10 +21,11 @@ constexpr double kMostDegrees = 10;
 Result<RotaryAxis> parseRotaryAxis(std::string_view text) {
   const std::string_view whole = text;
   const auto wrong = [&] {
-    return invalid(fmt::format(
-        "'{}' is no rotary axis; expected a letter, table or head, and a point of the axis, as in "
-        "A=table:0,0,-50",
-        whole));
+    return invalid(
+        fmt::format("'{}' is not a rotary axis; expected a letter, table or head, and a point of "
+                    "the axis, as in "
+                    "A=table:0,0,-50",
+                    whole));
   };
   RotaryAxis axis;
   if (text.size() < 2 || text[0] < 'A' || text[0] > 'C' || text[1] != '=') return wrong();

@@ -71,7 +71,7 @@ Result<void> parseOffset(std::string_view text, std::map<int, model::Point3>& of
   const int code = offsetOf(text.substr(0, equals));
   if (code == 0 || equals == text.size()) {
     return invalid(fmt::format(
-        "'{}' is no offset; expected G53 to G59.3, G28 or G30 and a point, as in G55=100,0,-20",
+        "'{}' is not an offset; expected G53 to G59.3, G28 or G30 and a point, as in G55=100,0,-20",
         text));
   }
   const auto point = parsePoint(text.substr(equals + 1));

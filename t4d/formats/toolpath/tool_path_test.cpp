@@ -289,7 +289,7 @@ TEST(Gcode, CannedCyclesSayWhatTheyLack) {
             "have plain decimal numbers written");
   EXPECT_EQ(error("G83 X1 Z-2 R1 Q.0000001"),
             "a.nc:3: a hole of 3 in steps of Q = 1e-07 has too many of them");
-  EXPECT_EQ(error("G81 X1 Z-2 R1 L0"), "a.nc:3: G81: L0 is no whole number from 1 to 1000000");
+  EXPECT_EQ(error("G81 X1 Z-2 R1 L0"), "a.nc:3: G81: L0 is not a whole number from 1 to 1000000");
   EXPECT_EQ(error("G81 R1"), "a.nc:3: R1 stands without X, Y or Z");
   EXPECT_EQ(error("G81"), "a.nc:3: G81 stands without X, Y or Z");
   EXPECT_EQ(error("G93 G81 X1 Z-2 R1 F1"), "a.nc:3: G81: a canned cycle has no inverse time (G93)");
@@ -474,10 +474,10 @@ TEST(Gcode, ExpressionsSayWhatIsWrong) {
   };
   EXPECT_EQ(error("X[1+2"), "a.nc:2: the line ends, expected an operator or ]");
   EXPECT_EQ(error("X[1 2 G]"), "a.nc:2: found 'G]', expected an operator or ]");
-  EXPECT_EQ(error("X[1/0]"), "a.nc:2: 1 / 0 is no number");
-  EXPECT_EQ(error("Xsqrt[-1]"), "a.nc:2: SQRT[-1] is no number");
+  EXPECT_EQ(error("X[1/0]"), "a.nc:2: 1 / 0 is not a number");
+  EXPECT_EQ(error("Xsqrt[-1]"), "a.nc:2: SQRT[-1] is not a number");
   EXPECT_EQ(error("X#<depth>"), "a.nc:2: #<DEPTH> has not been set");
-  EXPECT_EQ(error("X#6000"), "a.nc:2: #6000 is no parameter: they have the numbers 1 to 5602");
+  EXPECT_EQ(error("X#6000"), "a.nc:2: #6000 is not a parameter: they have the numbers 1 to 5602");
   EXPECT_EQ(error("#5221=3"),
             "a.nc:2: #5221 cannot be set: it is a value of the control; offsets are set by G10 "
             "and G92");
@@ -641,7 +641,7 @@ TEST(ToolTable, HasLengthsAndRemarks) {
   EXPECT_EQ(error("T1 Zx"),
             "a.tbl:1: found 'Zx', expected T, P, X, Y, Z or D and a number, as in T1 P1 Z50.8 D6 "
             ";a remark");
-  EXPECT_EQ(error("T1.5"), "a.tbl:1: 'T1.5' is no number of a tool");
+  EXPECT_EQ(error("T1.5"), "a.tbl:1: 'T1.5' is not the number of a tool");
   EXPECT_EQ(error("; nothing"), "a.tbl: holds no tool");
 }
 

@@ -51,7 +51,7 @@ Result<void> take(std::string_view word, NumberedTool& into) {
   if (isLength) into.tool.length[letter - 'X'] = value;
   if (letter != 'T') return {};
   if (!(value >= 0 && value <= kLargestNumber) || value != std::floor(value)) {
-    return invalid(fmt::format("{} is no number of a tool", inQuotes(word)));
+    return invalid(fmt::format("{} is not the number of a tool", inQuotes(word)));
   }
   into.number = static_cast<int>(value);
   return {};

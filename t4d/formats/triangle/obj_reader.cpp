@@ -322,7 +322,7 @@ Result<LoadedMesh> readObj(const InputFile& file) { return ObjReader(file).read(
 
 Result<LoadedBodies> readMeshBodies(const std::filesystem::path& path, BodiesBy by) {
   if (lowerCaseExtension(path) != ".obj") {
-    return fail(ErrorCode::Unsupported, "is no .obj; only these are divided into bodies",
+    return fail(ErrorCode::Unsupported, "is not an .obj; only these are divided into bodies",
                 path.string());
   }
   const auto file = readInputFile(path);

@@ -24,7 +24,7 @@ using model::ScalarType;
 
 template <class T>
 void putNumber(T number, std::string& text) {
-  // "-nan" is no word of USD.
+  // "-nan" is not a word of USD.
   if constexpr (std::is_floating_point_v<T>) {
     if (std::isnan(number)) {
       text += "nan";

@@ -94,7 +94,7 @@ TEST(GzipStream, UnpacksMembersOfAnyLevelInPiecesOfAnySize) {
         EXPECT_EQ(got.state, GzipStream::State::End);
         EXPECT_TRUE(got.bytes == one + two) << values << ' ' << level << ' ' << piece;
       }
-      const Unpacked more = unpacked(file + "what is no member", 4096);
+      const Unpacked more = unpacked(file + "what is not a member", 4096);
       EXPECT_EQ(more.state, GzipStream::State::End);
       EXPECT_TRUE(more.bytes == one + two);
     }

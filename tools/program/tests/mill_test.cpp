@@ -67,7 +67,7 @@ TEST_F(Program, MillMountsToolsAndKnowsTheMachine) {
           "with and without a number");
   misused(mill + "--tool 1=flat:d=6,l=30 --holder 2=d=9,l=9 -o out.t4d", "there is no tool 2");
   misused(all + "--rotary A=table --rotary A=head -o out.t4d", "--rotary: A is given twice");
-  misused(all + "--offset G60=1,2,3 -o out.t4d", "--offset: 'G60=1,2,3' is no offset");
+  misused(all + "--offset G60=1,2,3 -o out.t4d", "--offset: 'G60=1,2,3' is not an offset");
   misused(
       "mill fx/cube.obj --tool flat:d=6,l=30 --motion fx/rest.json --tcp --voxel-size 4 -o out.t4d",
       "are for --gcode");

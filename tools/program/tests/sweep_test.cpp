@@ -258,7 +258,7 @@ TEST_F(Program, ObjectsOfAnObjAreBodies) {
     EXPECT_NEAR(slice["volume"].get<double>(), 9, 1e-9);
   }
   refuses("sweep two.obj --bodies object -m fx/rest.json -o out.t4d", "body 'large'");
-  refuses("sweep fx/open-pebble.stl --bodies object -m fx/rest.json -o out.t4d", "is no .obj");
+  refuses("sweep fx/open-pebble.stl --bodies object -m fx/rest.json -o out.t4d", "is not an .obj");
   misused("sweep fx/bending_*.obj --bodies group --frame-time 1 -o out.t4d", "--bodies");
 }
 
