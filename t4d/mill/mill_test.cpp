@@ -357,7 +357,7 @@ TEST(Mill, RefusesWhatCannotBeMilled) {
   model::Mesh mesh;
   const auto fine = mill(kBlock, alone(tool), path.motion, options, mesh);
   ASSERT_FALSE(fine);
-  EXPECT_NE(fine.error().message.find("more than the limit of 4 GB"), std::string::npos);
+  EXPECT_NE(fine.error().message.find("more than the limit of 4.00 GB"), std::string::npos);
   TriangleMesh open = kBlock;
   open.triangles.pop_back();
   options.voxelSize = 1;
