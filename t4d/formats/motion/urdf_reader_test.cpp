@@ -135,7 +135,7 @@ TEST(UrdfReader, RefusesWithTheLine) {
   EXPECT_THAT(error(robot(joint("b", "a", "<axis xyz=\"0 1\"/>"))),
               HasSubstr("xyz of <axis>: found '0 1', expected 3 numbers"));
   EXPECT_THAT(error(robot(joint("b", "a", "<mimic joint=\"to b\"/>"))), HasSubstr("mimics itself"));
-  EXPECT_THAT(error(robot(joint("b", "a", "<mimic joint=\"none\"/>"))), HasSubstr("no joint"));
+  EXPECT_THAT(error(robot(joint("b", "a", "<mimic joint=\"none\"/>"))), HasSubstr("not a joint"));
   EXPECT_THAT(error(robot(b), "time,elbow\n0,0\n1,1\n"),
               HasSubstr("t.csv: the column 'elbow' is not a joint of"));
   EXPECT_THAT(error(robot(b), "time,to b [mm]\n0,0\n1,1\n"), HasSubstr("expected rad or deg"));
