@@ -514,5 +514,5 @@ def test_verbs_take_lists_and_any_name(models, tmp_path, monkeypatch):
     for i, files in enumerate(names):
         verbs.join(*files, **{("o", "output")[i % 2]: f"-{i}.t4d"})
         assert verbs.diff(f"-{i}.t4d", models / "cube.t4d")["same"]
-    with pytest.raises(TypeError, match="no name of a file"):
+    with pytest.raises(TypeError, match="not the name of a file"):
         verbs.join("b.t4d", 5)
