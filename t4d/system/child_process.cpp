@@ -425,10 +425,10 @@ Result<ProgramRun> runSelf(const std::vector<std::string>& arguments) {
   words.insert(words.end(), arguments.begin(), arguments.end());
   auto run = runProgram(words, {.captureMessage = false});
   if (run && run->end == ProgramRun::End::Signalled) {
-    return fail(ErrorCode::Failed,
-                fmt::format("`{} {}` was ended by signal {}{}", program_invocation_short_name,
-                            arguments.front(), run->code,
-                            run->code == SIGKILL ? " (out of memory?)" : ""));
+    return fail(
+        ErrorCode::Failed,
+        fmt::format("`{} {}` was ended by signal {}{}", program_invocation_short_name,
+                    arguments.front(), run->code, run->code == SIGKILL ? " (out of memory?)" : ""));
   }
   return run;
 }
