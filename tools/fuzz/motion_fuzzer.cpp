@@ -1,5 +1,6 @@
 #include <string>
 
+#include "t4d/formats/input_file.h"
 #include "t4d/formats/motion/motion_csv.h"
 #include "t4d/formats/motion/motion_reader.h"
 #include "tools/fuzz/fuzz.h"
