@@ -409,6 +409,8 @@ test('of two files that are named one after the other, the last is shown', async
     return [shown, view.viewer.model.panes.length];
   });
   assert.deepEqual([both, none], [['ring.t4d', 'grows.t4d'], 0]);
+  // The browser tells of the end of a worker a little later.
+  for (let i = 0; i < 50 && page.workers().length > 0; ++i) await page.waitForTimeout(100);
   assert.equal(page.workers().length, 0);
   assert.deepEqual(errors, []);
   await page.close();
