@@ -119,17 +119,8 @@ std::string jsonOf(const FlipbookReport& report) {
                                   {"bytes", report.bytes},
                                   {"files", std::move(files)},
                                   {"rigid", report.kind == FlipbookKind::Rigid},
-                                  {"morph", report.kind == FlipbookKind::Morph},
-                                  {"light", written.light},
-                                  {"distance", written.distance},
-                                  {"max_speed", nullptr},
-                                  {"clamped", nullptr},
-                                  {"color_range", orNull(report.colorRange)},
-                                  {"quantization_error", orNull(report.quantizationError)}};
-  if (report.hasVelocity) {
-    value["max_speed"] = written.maxSpeed;
-    value["clamped"] = written.clamped;
-  }
+                                  {"morph", report.kind == FlipbookKind::Morph}};
+  addFrameMembers(value, written, report.hasVelocity, report.colorRange, report.quantizationError);
   return jsonText(value);
 }
 

@@ -76,22 +76,11 @@ Result<FramesReport> frames(const Input& input, const FramesOptions& options, Ob
 
 std::string jsonOf(const FramesReport& report) {
   const convert::FrameFilesReport& written = report.written;
-  nlohmann::ordered_json value = {{"frames", written.frames},
-                                  {"triangles", written.triangles},
-                                  {"time_begin", report.firstTime},
-                                  {"time_end", report.lastTime},
-                                  {"bytes", written.bytes},
-                                  {"manifest", report.manifest.string()},
-                                  {"light", written.light},
-                                  {"distance", written.distance},
-                                  {"max_speed", nullptr},
-                                  {"clamped", nullptr},
-                                  {"color_range", orNull(report.colorRange)},
-                                  {"quantization_error", orNull(report.quantizationError)}};
-  if (report.hasVelocity) {
-    value["max_speed"] = written.maxSpeed;
-    value["clamped"] = written.clamped;
-  }
+  nlohmann::ordered_json value = {
+      {"frames", written.frames},       {"triangles", written.triangles},
+      {"time_begin", report.firstTime}, {"time_end", report.lastTime},
+      {"bytes", written.bytes},         {"manifest", report.manifest.string()}};
+  addFrameMembers(value, written, report.hasVelocity, report.colorRange, report.quantizationError);
   return jsonText(value);
 }
 

@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "t4d/model/times.h"
+#include "t4d/verbs/json_text.h"
 #include "t4d/verbs/origin.h"
 
 namespace t4d::verbs {
@@ -52,6 +53,21 @@ Result<FrameLooks> frameLooksOf(const SliceWriteOptions& options, const Input& i
   looks.write.origin = originOf(input.metadata);
   if (options.center) looks.write.center = roundCenterOf(*bounds);
   return looks;
+}
+
+void addFrameMembers(nlohmann::ordered_json& value, const convert::FrameSlicesReport& written,
+                     bool hasVelocity, const std::optional<ColorRange>& colorRange,
+                     const std::optional<double>& quantizationError) {
+  value["light"] = written.light;
+  value["distance"] = written.distance;
+  value["max_speed"] = nullptr;
+  value["clamped"] = nullptr;
+  if (hasVelocity) {
+    value["max_speed"] = written.maxSpeed;
+    value["clamped"] = written.clamped;
+  }
+  value["color_range"] = orNull(colorRange);
+  value["quantization_error"] = orNull(quantizationError);
 }
 
 Error oneFrameHasNoSpeed() {

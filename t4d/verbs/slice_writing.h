@@ -4,6 +4,8 @@
 #include <span>
 #include <vector>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "t4d/convert/frame_slices.h"
 #include "t4d/formats/triangle/triangle_mesh_writer.h"
 #include "t4d/verbs/input.h"
@@ -39,6 +41,11 @@ struct FrameLooks {
 Result<FrameLooks> frameLooksOf(const SliceWriteOptions& options, const Input& input,
                                 std::span<const double> times, slice::SliceDetail detail,
                                 std::vector<double> timeUnits, Observer& observer);
+
+/// Adds what the reports of frames say in the same words, from `light` to `quantization_error`.
+void addFrameMembers(nlohmann::ordered_json& value, const convert::FrameSlicesReport& written,
+                     bool hasVelocity, const std::optional<ColorRange>& colorRange,
+                     const std::optional<double>& quantizationError);
 
 /// That velocities per second of playback need two frames.
 Error oneFrameHasNoSpeed();

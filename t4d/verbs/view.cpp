@@ -88,8 +88,7 @@ Result<std::uint64_t> writePage(const ViewOptions& options, std::span<const Show
   if (!page) return page.error();
   auto out = formats::OutputFile::create(options.output);
   if (!out) return out.error();
-  if (auto put = out->write(page->data(), page->size()); !put) return put.error();
-  if (auto done = out->commit(); !done) return done.error();
+  if (auto done = out->finish(*page); !done) return done.error();
   return page->size();
 }
 
