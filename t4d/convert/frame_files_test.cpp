@@ -9,6 +9,7 @@
 #include "t4d/formats/triangle/triangle_mesh_reader.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/system/temporary_folder.h"
+#include "t4d/system/test_folder.h"
 
 namespace t4d::convert {
 namespace {
@@ -99,8 +100,7 @@ TEST_F(FrameFiles, AreTheSolidsThatTheManifestSays) {
 
 TEST_F(FrameFiles, OfVtkHaveACollection) {
   ASSERT_TRUE(write(".vtp", slice::SliceDetail::Light));
-  std::ifstream file(folder_ / "frames.pvd");
-  const std::string text((std::istreambuf_iterator<char>(file)), {});
+  const std::string text = system::contents(folder_ / "frames.pvd");
   EXPECT_NE(text.find("timestep=\"0.55\" part=\"0\" file=\"frame_0002.vtp\""), std::string::npos);
 }
 

@@ -10,6 +10,7 @@
 #include "t4d/formats/usd/usd_animation.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/system/temporary_folder.h"
+#include "t4d/system/test_folder.h"
 
 namespace t4d::convert {
 namespace {
@@ -72,10 +73,7 @@ class UsdFlipbook : public testing::Test {
   }
 
   std::filesystem::path path(const std::string& name) const { return folder_.path() / name; }
-  std::string text(const std::string& name) const {
-    std::ifstream in(path(name), std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-  }
+  std::string text(const std::string& name) const { return system::contents(path(name)); }
 
   model::Mesh mesh_ = turnedTorus();
   model::Body body_{"a torus", &mesh_};

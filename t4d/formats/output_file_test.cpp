@@ -1,66 +1,52 @@
 #include "t4d/formats/output_file.h"
 
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <unistd.h>
+
+#include "t4d/system/test_folder.h"
 
 namespace t4d::formats {
 namespace {
 
-std::filesystem::path emptyFolder(const std::string& name) {
-  auto folder = std::filesystem::path(testing::TempDir()) /
-                ("t4d_" + name + "_" + std::to_string(::getpid()));
-  std::filesystem::remove_all(folder);
-  std::filesystem::create_directories(folder);
-  return folder;
-}
-
-std::string contents(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 TEST(OutputFile, AppearsWholeOnCommit) {
-  const auto folder = emptyFolder("commit");
+  const system::TestFolder folder;
   auto file = OutputFile::create(folder / "out");
   ASSERT_TRUE(file) << file.error().text();
   const std::string large(3'000'000, 'x');
   ASSERT_TRUE(file->write(large.data(), large.size()));
   EXPECT_FALSE(std::filesystem::exists(folder / "out"));
   ASSERT_TRUE(file->commit());
-  EXPECT_EQ(contents(folder / "out"), large);
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 1);
+  EXPECT_EQ(system::contents(folder / "out"), large);
+  EXPECT_EQ(folder.names().size(), 1U);
 }
 
 TEST(OutputFile, LeavesTheOldFileAndNothingElseWithoutCommit) {
-  const auto folder = emptyFolder("discard");
-  std::ofstream(folder / "out") << "old";
+  const system::TestFolder folder;
+  folder.write("out", "old");
   {
     auto file = OutputFile::create(folder / "out");
     ASSERT_TRUE(file);
     ASSERT_TRUE(file->write("new", 3));
   }
-  EXPECT_EQ(contents(folder / "out"), "old");
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 1);
+  EXPECT_EQ(system::contents(folder / "out"), "old");
+  EXPECT_EQ(folder.names().size(), 1U);
 }
 
 TEST(OutputFile, WritesThroughASymbolicLink) {
-  const auto folder = emptyFolder("link");
-  std::ofstream(folder / "real") << "old";
+  const system::TestFolder folder;
+  folder.write("real", "old");
   std::filesystem::create_symlink(folder / "real", folder / "link");
   auto file = OutputFile::create(folder / "link");
   ASSERT_TRUE(file && file->write("new", 3) && file->commit());
   EXPECT_TRUE(std::filesystem::is_symlink(folder / "link"));
-  EXPECT_EQ(contents(folder / "real"), "new");
+  EXPECT_EQ(system::contents(folder / "real"), "new");
 }
 
 TEST(OutputFile, CommitsAllOrNone) {
-  const auto folder = emptyFolder("all");
+  const system::TestFolder folder;
   const auto writeTwo = [&] {
     std::vector<OutputFile> files;
     for (const char* name : {"a", "b"}) {
@@ -79,8 +65,8 @@ TEST(OutputFile, CommitsAllOrNone) {
   std::filesystem::remove(folder / "b");
   auto files = writeTwo();
   ASSERT_TRUE(OutputFile::commitAll(files));
-  EXPECT_EQ(contents(folder / "a"), "a");
-  EXPECT_EQ(contents(folder / "b"), "b");
+  EXPECT_EQ(system::contents(folder / "a"), "a");
+  EXPECT_EQ(system::contents(folder / "b"), "b");
 }
 
 TEST(OutputFile, SaysThatTheDiskIsFull) {
@@ -94,8 +80,8 @@ TEST(OutputFile, SaysThatTheDiskIsFull) {
 }
 
 TEST(OutputFile, RefusesAFolderAndAMissingFolder) {
-  const auto folder = emptyFolder("refuse");
-  EXPECT_FALSE(OutputFile::create(folder));
+  const system::TestFolder folder;
+  EXPECT_FALSE(OutputFile::create(folder.path()));
   const auto missing = OutputFile::create(folder / "no" / "out");
   ASSERT_FALSE(missing);
   EXPECT_NE(missing.error().message.find("there is no folder"), std::string::npos);

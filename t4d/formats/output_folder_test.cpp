@@ -1,11 +1,10 @@
 #include "t4d/formats/output_folder.h"
 
-#include <fstream>
-
 #include <gtest/gtest.h>
 
 #include "t4d/formats/test_files.h"
 #include "t4d/system/temporary_folder.h"
+#include "t4d/system/test_folder.h"
 
 namespace t4d::formats {
 namespace {
@@ -14,11 +13,6 @@ namespace fs = std::filesystem;
 
 class OutputFolder : public testing::Test {
  protected:
-  std::string textOf(const fs::path& path) const {
-    std::ifstream in(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-  }
-
   system::TemporaryFolder place_ = *system::TemporaryFolder::create();
   fs::path folder_ = place_.path() / "out";
 };
@@ -26,7 +20,7 @@ class OutputFolder : public testing::Test {
 TEST_F(OutputFolder, GetsFilesInNewFolders) {
   ASSERT_TRUE(writeInFolder(folder_, "a/b/c.txt", "one"));
   ASSERT_TRUE(writeInFolder(folder_, "a/b/c.txt", "two"));
-  EXPECT_EQ(textOf(folder_ / "a/b/c.txt"), "two");
+  EXPECT_EQ(system::contents(folder_ / "a/b/c.txt"), "two");
 }
 
 TEST_F(OutputFolder, IsNeverLeftThroughALink) {
@@ -39,7 +33,7 @@ TEST_F(OutputFolder, IsNeverLeftThroughALink) {
   for (const char* name : {"c.txt", "linked/c.txt", "linked/new.txt", "new.txt"}) {
     EXPECT_FALSE(writeInFolder(folder_, name, "changed")) << name;
   }
-  EXPECT_EQ(textOf(outside / "c.txt"), "mine");
+  EXPECT_EQ(system::contents(outside / "c.txt"), "mine");
   EXPECT_FALSE(fs::exists(outside / "new.txt"));
   // The folder that was named may be a link itself.
   fs::create_directory_symlink(outside, place_.path() / "named");
@@ -61,7 +55,7 @@ TEST_F(OutputFolder, OfKeptFilesIsNewOrEmptyOrOneOfBefore) {
   // A link is no mark.
   fs::create_symlink("mine.txt", foreign / ".t4d-kept");
   EXPECT_FALSE(makeKeptFolder(foreign));
-  EXPECT_EQ(textOf(foreign / "mine.txt"), "mine");
+  EXPECT_EQ(system::contents(foreign / "mine.txt"), "mine");
 }
 
 }  // namespace

@@ -40,9 +40,9 @@ void addSamples4d(std::vector<Sample>& all) {
       named.replace_extension(extension);
       if (!std::filesystem::exists(named)) continue;
       const std::string file = std::string(format.id) + std::string(extension);
-      all.push_back({file, fileContents(named), std::string(format.id)});
+      all.push_back({file, system::contents(named), std::string(format.id)});
       // The other file of a pair is whole.
-      writeFile("damaged_" + file, fileContents(named));
+      writeFile("damaged_" + file, system::contents(named));
     }
   }
   all.push_back({"octahedra.off",
@@ -64,7 +64,7 @@ std::vector<Sample> samples() {
     const std::string file = "cube" + std::string(format.extension);
     const auto path = temporaryPath(file);
     EXPECT_TRUE(writeTriangleMeshes(path, std::vector{cube()}, {.placement = {0.5, true}}));
-    all.push_back({file, fileContents(path)});
+    all.push_back({file, system::contents(path)});
   }
   all.push_back({"text.stl",
                  "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"

@@ -3,22 +3,19 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <string>
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "t4d/formats/triangle/triangle_mesh_reader.h"
+#include "t4d/system/test_folder.h"
 
 /// Helpers for tests of readers and writers.
 namespace t4d::formats {
 
 /// A path in a folder that only this process uses.
 inline std::filesystem::path temporaryPath(const std::string& name) {
-  const auto folder =
-      std::filesystem::path(testing::TempDir()) / ("t4d_formats_" + std::to_string(::getpid()));
-  std::filesystem::create_directories(folder);
+  static const system::TestFolder folder;
   return folder / name;
 }
 
@@ -26,11 +23,6 @@ inline std::filesystem::path writeFile(const std::string& name, const std::strin
   const auto path = temporaryPath(name);
   std::ofstream(path, std::ios::binary) << bytes;
   return path;
-}
-
-inline std::string fileContents(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 /// The mesh in a file of these bytes; the test fails when it is refused.

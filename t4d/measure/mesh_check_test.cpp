@@ -6,11 +6,11 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "t4d/formats/t4d/writer.h"
 #include "t4d/measure/slab_measure.h"
 #include "t4d/model/facets.h"
+#include "t4d/system/test_folder.h"
 #include "t4d/verbs/validate.h"
 
 namespace t4d::measure {
@@ -292,8 +292,8 @@ TEST(ValidateT4dFile, LinksOfAllBodiesHaveToBeSound) {
   for (const bool first : {false, true}) {
     formats::Metadata metadata;
     metadata.bodies = {{"one"}, {"other"}};
-    const auto path = std::filesystem::path(testing::TempDir()) /
-                      ("t4d_links_" + std::to_string(::getpid()) + ".t4d");
+    const system::TestFolder folder;
+    const auto path = folder / "links.t4d";
     auto writer = formats::T4dWriter::create(path, metadata, {});
     ASSERT_TRUE(writer);
     for (const bool bad : {first, !first}) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <filesystem>
 #include <random>
 #include <set>
 #include <tuple>
@@ -16,6 +15,7 @@
 #include "t4d/model/sinks.h"
 #include "t4d/model/units.h"
 #include "t4d/slice/light_slice.h"
+#include "t4d/system/test_folder.h"
 
 namespace t4d::slice {
 namespace {
@@ -344,7 +344,8 @@ TEST(Slice, OfAFileByBlocksIsThatOfTheMeshInMemory) {
   model::Mesh mesh;
   formats::Metadata metadata;
   metadata.bodies = {{"long"}};
-  const auto path = std::filesystem::path(testing::TempDir()) / "long.t4d";
+  const system::TestFolder folder;
+  const auto path = folder / "long.t4d";
   auto writer = formats::T4dWriter::create(path, metadata);
   for (const model::Slab& slab : longSlabs(kLayer, kCells)) {
     ASSERT_TRUE(mesh.put(slab));
@@ -394,7 +395,8 @@ TEST(Slice, SkipsSlabsThatAHyperplaneMissesAndNoOthers) {
   model::Mesh mesh;
   formats::Metadata metadata;
   metadata.bodies = {{"ball"}};
-  const auto path = std::filesystem::path(testing::TempDir()) / "ball.t4d";
+  const system::TestFolder folder;
+  const auto path = folder / "ball.t4d";
   auto writer = formats::T4dWriter::create(path, metadata);
   model::Tee both({&mesh, &writer->body(0)});
   ASSERT_TRUE(mesh4d::sweep(solid, *motion, {.steps = mesh4d::StepsPerSegment{50}}, both));

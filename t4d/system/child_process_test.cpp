@@ -9,7 +9,8 @@
 
 #include <gmock/gmock.h>
 #include <sys/wait.h>
-#include <unistd.h>
+
+#include "t4d/system/test_folder.h"
 
 namespace t4d::system {
 namespace {
@@ -28,25 +29,20 @@ ProgramRun shell(const std::string& script, const RunOptions& options = {}) {
 class SplitCommand : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = fs::path(testing::TempDir()) / ("t4d_command_" + std::to_string(::getpid()));
-    fs::create_directories(folder_);
     before_ = fs::current_path();
-    fs::current_path(folder_);
+    fs::current_path(folder_.path());
   }
-  void TearDown() override {
-    fs::current_path(before_);
-    fs::remove_all(folder_);
-  }
+  void TearDown() override { fs::current_path(before_); }
   void write(const std::string& name, const std::string& text, bool executable) {
-    std::ofstream(folder_ / name) << text;
-    if (executable) fs::permissions(folder_ / name, fs::perms::owner_all);
+    const fs::path path = folder_.write(name, text);
+    if (executable) fs::permissions(path, fs::perms::owner_all);
   }
   std::string fault(const std::string& command) {
     const auto words = splitCommand(command);
     return words ? "none" : words.error().text();
   }
 
-  fs::path folder_;
+  TestFolder folder_;
   fs::path before_;
 };
 

@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "t4d/system/temporary_folder.h"
+#include "t4d/system/test_folder.h"
 
 namespace t4d::system {
 namespace {
@@ -21,13 +22,10 @@ namespace fs = std::filesystem;
 class Cleanups : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = fs::path(testing::TempDir()) / ("t4d_cleanup_" + std::to_string(::getpid()));
-    fs::remove_all(folder_);
     fs::create_directories(folder_ / "a" / "b" / "c");
-    std::ofstream(folder_ / "a" / "file") << "text";
-    std::ofstream(folder_ / "a" / "b" / "c" / "file") << "text";
+    folder_.write("a/file", "text");
+    folder_.write("a/b/c/file", "text");
   }
-  void TearDown() override { fs::remove_all(folder_); }
 
   /// A child that sleeps, in a process group of its own.
   static pid_t sleeper(bool stubborn) {
@@ -50,7 +48,7 @@ class Cleanups : public testing::Test {
     return WIFSIGNALED(status) ? WTERMSIG(status) : 0;
   }
 
-  fs::path folder_;
+  TestFolder folder_;
 };
 
 TEST_F(Cleanups, RemoveAFolderWithAllThatIsInIt) {
@@ -61,7 +59,7 @@ TEST_F(Cleanups, RemoveAFolderWithAllThatIsInIt) {
   const Cleanup note = Cleanup::folder(folder_ / "a");
   cleanUp();
   EXPECT_FALSE(fs::exists(folder_ / "a"));
-  EXPECT_TRUE(fs::exists(folder_));
+  EXPECT_TRUE(fs::exists(folder_.path()));
 }
 
 TEST_F(Cleanups, RemoveAnEmptyFolderAfterItsFiles) {
@@ -124,7 +122,7 @@ TEST_F(Cleanups, LetNothingBeginBeforeTheyAreDone) {
   Clock::time_point made;
   std::thread other([&] {
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
-    EXPECT_TRUE(TemporaryFolder::createIn(folder_));
+    EXPECT_TRUE(TemporaryFolder::createIn(folder_.path()));
     made = Clock::now();
   });
   cleanUp();

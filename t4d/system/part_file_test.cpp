@@ -2,13 +2,13 @@
 
 #include <array>
 #include <fstream>
-#include <iterator>
 #include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
-#include <unistd.h>
+
+#include "t4d/system/test_folder.h"
 
 namespace t4d::system {
 namespace {
@@ -17,26 +17,15 @@ namespace fs = std::filesystem;
 
 class PartFiles : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = fs::path(testing::TempDir()) / ("t4d_part_file_" + std::to_string(::getpid()));
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   PartFile write(const std::string& name, const std::string& text) const {
     auto part = PartFile::create(folder_ / name);
     EXPECT_TRUE(part) << part.error().text();
     std::ofstream(part->path()) << text;
     return std::move(*part);
   }
-  std::string contents(const std::string& name) const {
-    std::ifstream in(folder_ / name);
-    return {std::istreambuf_iterator<char>(in), {}};
-  }
-  std::ptrdiff_t files() const { return std::distance(fs::directory_iterator(folder_), {}); }
+  std::size_t files() const { return folder_.names().size(); }
 
-  fs::path folder_;
+  TestFolder folder_;
 };
 
 TEST_F(PartFiles, NeverTakeThePlaceOfAPipeOrAFolder) {
@@ -51,8 +40,8 @@ TEST_F(PartFiles, GetTheirNamesTogether) {
   std::array parts = {write("a", "one"), write("b", "two")};
   EXPECT_FALSE(fs::exists(folder_ / "a"));
   ASSERT_TRUE(PartFile::putInPlace(parts));
-  EXPECT_EQ(contents("a"), "one");
-  EXPECT_EQ(contents("b"), "two");
+  EXPECT_EQ(contents(folder_ / "a"), "one");
+  EXPECT_EQ(contents(folder_ / "b"), "two");
   EXPECT_EQ(files(), 2);
 }
 
@@ -79,17 +68,18 @@ TEST_F(PartFiles, StayWhereTheyCannotBePut) {
 }
 
 TEST_F(PartFiles, AllReplaceTheOldFilesOrNoneDoes) {
-  std::ofstream(folder_ / "a") << "old a";
+  folder_.write("a", "old a");
   {
     std::array parts = {write("a", "new a"), write("b", "new b"), write("c", "new c")};
     fs::create_directories(folder_ / "c" / "in the way");
     EXPECT_FALSE(PartFile::putInPlace(parts));
-    EXPECT_EQ(contents("a"), "old a");
+    EXPECT_EQ(contents(folder_ / "a"), "old a");
     EXPECT_FALSE(fs::exists(folder_ / "b"));
     fs::remove_all(folder_ / "c");
     ASSERT_TRUE(PartFile::putInPlace(parts));
   }
-  EXPECT_EQ(contents("a") + contents("b") + contents("c"), "new anew bnew c");
+  EXPECT_EQ(contents(folder_ / "a") + contents(folder_ / "b") + contents(folder_ / "c"),
+            "new anew bnew c");
   EXPECT_EQ(files(), 3);
 }
 
@@ -98,7 +88,7 @@ TEST_F(PartFiles, OfOneTargetAreDifferentFiles) {
   const PartFile two = write("a", "two");
   EXPECT_NE(one.path(), two.path());
   ASSERT_TRUE(PartFile::putInPlace({&one, 1}));
-  EXPECT_EQ(contents("a"), "one");
+  EXPECT_EQ(contents(folder_ / "a"), "one");
 }
 
 TEST_F(PartFiles, MayHaveTheLongestName) {
@@ -121,8 +111,8 @@ TEST_F(PartFiles, RemovedAllAtOnceLeaveWhatHasItsName) {
   PartFile later = write("later", "whole");
   ASSERT_TRUE(PartFile::putInPlace({&later, 1}));
   cleanUp();
-  EXPECT_EQ(contents("done"), "whole");
-  EXPECT_EQ(contents("later"), "whole");
+  EXPECT_EQ(contents(folder_ / "done"), "whole");
+  EXPECT_EQ(contents(folder_ / "later"), "whole");
 }
 
 TEST_F(PartFiles, OfManyThreadsAreAllRemoved) {

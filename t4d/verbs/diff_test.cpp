@@ -14,6 +14,7 @@
 #include "t4d/measure/mesh_digest.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/model/transformed.h"
+#include "t4d/system/test_folder.h"
 
 namespace t4d::verbs {
 namespace {
@@ -22,9 +23,6 @@ namespace fs = std::filesystem;
 
 class Diffs : public testing::Test {
  protected:
-  Diffs() : folder_(fs::path(testing::TempDir()) / "t4d-diffs") { fs::create_directories(folder_); }
-  ~Diffs() override { fs::remove_all(folder_); }
-
   static model::Mesh swept(const model::TriangleMesh& solid, std::size_t steps) {
     model::Mesh mesh;
     const auto motion =
@@ -54,7 +52,7 @@ class Diffs : public testing::Test {
   }
 
  private:
-  fs::path folder_;
+  system::TestFolder folder_;
 };
 
 TEST_F(Diffs, LevelsAreToldApart) {

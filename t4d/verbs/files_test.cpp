@@ -22,9 +22,9 @@
 namespace t4d::verbs {
 namespace {
 
-using formats::fileContents;
 using formats::temporaryPath;
 using nlohmann::json;
+using system::contents;
 using testing::HasSubstr;
 
 /// The hypervolume of the unit cube that moves for 4 units of time.
@@ -134,14 +134,14 @@ constexpr const char* kViewer = "<!-- This page is part of t4d, a test. --><p><!
 
 TEST(View, PutsTheFileIntoThePageOrBesideIt) {
   const std::string input = movingCubeFile("viewed.t4d");
-  const std::string bytes = fileContents(input);
+  const std::string bytes = system::contents(input);
   ViewOptions options{
       .inputs = {input}, .viewer = kViewer, .output = temporaryPath("viewed.html").string()};
   const auto page = view(options);
   ASSERT_TRUE(page) << page.error().text();
   EXPECT_EQ(page->files, std::vector<std::string>{"viewed.t4d"});
   EXPECT_EQ(page->bytes, std::filesystem::file_size(options.output));
-  EXPECT_THAT(fileContents(options.output),
+  EXPECT_THAT(system::contents(options.output),
               HasSubstr(formats::base64(std::vector<std::uint8_t>(bytes.begin(), bytes.end()))));
   EXPECT_TRUE(json::parse(jsonOf(*page))["url"].is_null());
 
@@ -150,7 +150,7 @@ TEST(View, PutsTheFileIntoThePageOrBesideIt) {
   for (int i = 0; i < 2; ++i) {  // a site of our own is replaced
     const auto site = view(options);
     ASSERT_TRUE(site) << site.error().text();
-    EXPECT_EQ(fileContents(folder / "viewed.t4d"), bytes);
+    EXPECT_EQ(system::contents(folder / "viewed.t4d"), bytes);
   }
 }
 

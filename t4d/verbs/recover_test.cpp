@@ -39,7 +39,7 @@ Written written(const std::function<void(model::Sink&)>& make) {
   Written file;
   make(file.mesh);
   const std::vector<model::Slab> slabs(file.mesh.slabs().begin(), file.mesh.slabs().end());
-  file.bytes = formats::fileContents(formats::writeT4d("original.t4d", {slabs}));
+  file.bytes = system::contents(formats::writeT4d("original.t4d", {slabs}));
   file.hypervolume = measure::checkMesh(file.mesh)->hypervolume;
   return file;
 }
@@ -154,8 +154,7 @@ TEST(Recover, ListsWhatIsLostInTheOrderOfTheFile) {
   // A chunk at the front that may not be copied, and a slab that is damaged.
   const Written original = sweptCube();
   const std::vector<model::Slab> slabs(original.mesh.slabs().begin(), original.mesh.slabs().end());
-  std::string bytes =
-      formats::fileContents(formats::writeT4d("plain.t4d", {slabs}, {.index = false}));
+  std::string bytes = system::contents(formats::writeT4d("plain.t4d", {slabs}, {.index = false}));
   formats::t4d_layout::PayloadWriter payload;
   payload.putBytes("text", 4);
   auto [header, front] = formats::frontOf({'a', 'c', 'm', 'E'}, payload, 0, 0);
@@ -273,7 +272,7 @@ TEST(Recover, SlabsOfNoClosedMeshAreWrittenAllTheSame) {
     SCOPED_TRACE(seed);
     const std::vector<std::vector<model::Slab>> bodies = {formats::RandomSlabs(seed).make(6),
                                                           formats::RandomSlabs(seed + 500).make(4)};
-    std::string bytes = formats::fileContents(formats::writeT4d("original.t4d", bodies));
+    std::string bytes = system::contents(formats::writeT4d("original.t4d", bodies));
     const std::size_t at = 24 + random() % (bytes.size() - 24);
     if (seed % 2 == 0) {
       bytes.resize(at);

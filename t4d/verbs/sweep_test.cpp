@@ -124,11 +124,11 @@ TEST(SweepFiles, TheVoxelMethodNotesWhatItIgnores) {
 
 TEST(SweepFiles, NoInputIsOverwritten) {
   const std::string cube = cubeFile("cube.obj");
-  const std::string before = formats::fileContents(cube);
+  const std::string before = system::contents(cube);
   auto options = optionsFor(MotionSweep{cube, slidingMotion()});
   options.output.path = cube;
   EXPECT_EQ(refusal(options).code, ErrorCode::Options);
-  EXPECT_EQ(formats::fileContents(cube), before);
+  EXPECT_EQ(system::contents(cube), before);
 }
 
 TEST(SweepFiles, ContradictionsAreRefused) {

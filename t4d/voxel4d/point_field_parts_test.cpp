@@ -2,26 +2,20 @@
 
 #include <algorithm>
 #include <fstream>
-#include <iterator>
 #include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "t4d/system/test_folder.h"
 #include "t4d/voxel4d/point_field.h"
-#include "t4d/voxel4d/test_files.h"
 
 namespace t4d::voxel4d {
 namespace {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
-
-std::string contentsOf(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 /// Values at a third of the points, none of them in planes 24 to 39.
 PointField thirds(bool whole) {
@@ -61,7 +55,7 @@ class PointFieldParts : public testing::Test {
     EXPECT_FALSE(fs::exists(folder_ / "no.vdb"));
   }
 
-  TestFolder folder_;
+  system::TestFolder folder_;
 };
 
 TEST_F(PointFieldParts, JoinToTheBytesOfTheWhole) {
@@ -78,7 +72,8 @@ TEST_F(PointFieldParts, JoinToTheBytesOfTheWhole) {
         EXPECT_EQ(joined->name, "thirds");
         EXPECT_EQ(joined->activePoints, 45U * 9 * 17 / 3);
         EXPECT_EQ(joined->bytes, fs::file_size(folder_ / "whole.vdb"));
-        EXPECT_EQ(contentsOf(folder_ / "joined.vdb"), contentsOf(folder_ / "whole.vdb")) << count;
+        EXPECT_EQ(system::contents(folder_ / "joined.vdb"), system::contents(folder_ / "whole.vdb"))
+            << count;
       }
     }
   }
@@ -129,7 +124,7 @@ TEST_F(PointFieldParts, OfOtherRunsAreRefused) {
 
 TEST_F(PointFieldParts, ThatAreDamagedAreRefused) {
   const std::vector<fs::path> parts = writeParts(thirds(true), 2);
-  const std::string bytes = contentsOf(parts[1]);
+  const std::string bytes = system::contents(parts[1]);
   const auto refusesBytes = [&](const std::string& changed) {
     std::ofstream(parts[1], std::ios::binary) << changed;
     refuses(parts, "2.vdb: ");

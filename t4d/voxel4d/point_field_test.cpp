@@ -9,7 +9,7 @@
 #include "t4d/measure/silhouette.h"
 #include "t4d/measure/visit_fields.h"
 #include "t4d/mesh4d/sweep.h"
-#include "t4d/voxel4d/test_files.h"
+#include "t4d/system/test_folder.h"
 #include "t4d/voxel4d/vdb_file.h"
 #include "t4d/voxel4d/vdb_grid.h"
 
@@ -43,7 +43,7 @@ PointField fieldOf(const measure::SpaceLattice& lattice) {
 }
 
 TEST(PointField, IsReadAsItWasWritten) {
-  const TestFolder dir;
+  const system::TestFolder dir;
   for (const bool whole : {false, true}) {
     PointField field;
     field.name = "thirds";
@@ -87,7 +87,7 @@ TEST(PointField, IsReadAsItWasWritten) {
 }
 
 TEST(PointField, OfFineVoxelsIsInItsPlace) {
-  const TestFolder dir;
+  const system::TestFolder dir;
   for (const Point3& origin : {Point3(0, 0, 0), Point3(-3, 5, 7)}) {
     PointField field;
     field.name = "fine";
@@ -118,7 +118,7 @@ TEST(PointField, OfAMotionSumsToItsHypervolumeAndVisitsVolume) {
   const auto silhouette = measure::silhouetteOf(mesh);
   ASSERT_TRUE(silhouette);
 
-  const TestFolder dir;
+  const system::TestFolder dir;
   const auto errorsAt = [&](double spacing) {
     auto lattice = measure::SpaceLattice::about(model::boundsOf(silhouette->surface), spacing);
     EXPECT_TRUE(lattice);

@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 #include <openvdb/io/Stream.h>
 
-#include "t4d/voxel4d/test_files.h"
+#include "t4d/system/test_folder.h"
 #include "t4d/voxel4d/vdb_samples.h"
 
 namespace t4d::voxel4d {
@@ -47,7 +47,7 @@ void expectSameGrid(const openvdb::GridBase& a, const openvdb::GridBase& b) {
 }
 
 TEST(VdbFile, ReadsWhatOpenVdbReads) {
-  const TestFolder folder;
+  const system::TestFolder folder;
   for (const auto& [name, bytes] : vdbSamples()) {
     SCOPED_TRACE(name);
     const auto path = folder / (name + ".vdb");
@@ -68,7 +68,7 @@ TEST(VdbFile, ReadsWhatOpenVdbReads) {
 /// False sizes, counts, coordinates and flags: each file is rejected or read, and never makes the
 /// reader allocate more memory than there is.
 TEST(VdbFile, StandsHostileNumbersAnywhere) {
-  const TestFolder folder;
+  const system::TestFolder folder;
   const auto path = folder / "a.vdb";
   std::size_t refused = 0;
   for (const auto& [name, bytes] : vdbSamples()) {
@@ -94,7 +94,7 @@ TEST(VdbFile, StandsHostileNumbersAnywhere) {
 }
 
 TEST(VdbFile, RefusesNumbersOfGridsThatCannotBe) {
-  const TestFolder folder;
+  const system::TestFolder folder;
   const auto path = folder / "a.vdb";
   // After the magic number, two versions, a flag, a UUID and a number of metadata, which is 0.
   constexpr std::size_t kAt = 8 + 4 + 8 + 1 + 36 + 4;
@@ -114,7 +114,7 @@ TEST(VdbFile, RefusesNumbersOfGridsThatCannotBe) {
 }
 
 TEST(VdbFile, RefusesAnotherNumberOfVoxelsThanIsAnnounced) {
-  const TestFolder folder;
+  const system::TestFolder folder;
   const auto path = folder / "a.vdb";
   int changed = 0;
   for (const auto& [name, sample] : vdbSamples()) {
@@ -142,7 +142,7 @@ TEST(VdbFile, RefusesAnotherNumberOfVoxelsThanIsAnnounced) {
 }
 
 TEST(VdbFile, RefusesOtherVersionsOfTheFormat) {
-  const TestFolder folder;
+  const system::TestFolder folder;
   const auto path = folder / "a.vdb";
   for (const char version : {'\xDD', '\xE1'}) {  // 221, 225
     std::string bytes = vdbSamples().front().bytes;

@@ -10,9 +10,9 @@
 #include <openvdb/tools/LevelSetSphere.h>
 #include <tbb/global_control.h>
 
+#include "t4d/system/test_folder.h"
 #include "t4d/voxel4d/natural_order.h"
 #include "t4d/voxel4d/openvdb_grids.h"
-#include "t4d/voxel4d/test_files.h"
 #include "t4d/voxel4d/weave.h"
 
 namespace t4d::voxel4d {
@@ -81,7 +81,7 @@ class VdbFrames : public testing::Test {
     return error ? folder_.without(error->text()) : "(was accepted)";
   }
 
-  TestFolder folder_;
+  system::TestFolder folder_;
 };
 
 void expectSame(const Frame& a, const Frame& b) {
@@ -667,8 +667,7 @@ TEST_F(VdbFrames, RefusesOtherTransforms) {
 
 TEST_F(VdbFrames, RefusesATransformThatCannotBeUndone) {
   const auto files = afterGood(sphereAt(1));
-  std::ifstream in(files[1], std::ios::binary);
-  std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  std::string bytes = system::contents(files[1]);
   const std::string type = "UniformScaleMap";
   bytes.replace(bytes.find(type) + type.size(), 24, 24, '\0');
   std::ofstream(files[1], std::ios::binary) << bytes;

@@ -8,8 +8,8 @@
 #include <tbb/global_control.h>
 
 #include "t4d/fixtures/solids.h"
+#include "t4d/system/test_folder.h"
 #include "t4d/voxel4d/frame_spacing.h"
-#include "t4d/voxel4d/test_files.h"
 #include "t4d/voxel4d/vdb_frames.h"
 #include "t4d/voxel4d/weave.h"
 
@@ -140,7 +140,7 @@ TEST(Voxelize, IsTheSameForAnyNumberOfThreads) {
 
 TEST(Voxelize, FilesAreTheFrames) {
   for (const bool mask : {false, true}) {
-    const TestFolder folder;
+    const system::TestFolder folder;
     const auto solid = movingSolid(fixtures::hollowCube(12, 6), turnAbout({1, 0, 2}, 30));
     const VoxelizeOptions options{.voxelSize = 0.5, .mask = mask};
     const auto times = model::evenTimes({0, 2}, 5);
@@ -182,7 +182,7 @@ TEST(Voxelize, FilesAreTheFrames) {
 }
 
 TEST(Voxelize, SolidMayVanishAndComeBack) {
-  const TestFolder folder;
+  const system::TestFolder folder;
   const SolidAtTime solid = [](double time) -> Result<TriangleMesh> {
     return time == 1 ? TriangleMesh{} : fixtures::cube(8);
   };
@@ -195,7 +195,7 @@ TEST(Voxelize, SolidMayVanishAndComeBack) {
 }
 
 TEST(Voxelize, SeriesAppearsWholeOrNotAtAll) {
-  const TestFolder folder;
+  const system::TestFolder folder;
   const SolidAtTime failing = [](double time) -> Result<TriangleMesh> {
     if (time == 2) return invalid("gone");
     return fixtures::cube(8);
@@ -265,7 +265,7 @@ TEST(Voxelize, ASolidOfWholeBlocksIsWrittenHoweverManyFacesItHas) {
   for (Point3& vertex : plate.vertices) {
     vertex = (vertex.array() < 0).select(Point3::Constant(-0.5), Point3(1607.5, 1607.5, 7.5));
   }
-  const TestFolder folder;
+  const system::TestFolder folder;
   const auto written = writeVoxelFrames([&](double) { return plate; }, {0, 1},
                                         {.voxelSize = 1, .mask = true}, folder / "frames");
   ASSERT_TRUE(written) << written.error().text();

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/conformance/corpus/zstd_frame.h"
+#include "t4d/system/test_folder.h"
 #include "tests/paths.h"
 
 namespace t4d::conformance {
@@ -36,8 +37,8 @@ TEST(Corpus, IsTheSameEveryTime) {
 }
 
 TEST(Corpus, IsWrittenWholeAndDifferencesAreNamed) {
-  const auto directory =
-      std::filesystem::temp_directory_path() / ("t4d_corpus_" + std::to_string(::getpid()));
+  const system::TestFolder folder;
+  const auto directory = folder / "corpus";
   ASSERT_TRUE(writeCorpus(directory));
   EXPECT_THAT(*verifyCorpus(directory), testing::IsEmpty());
   for (const auto& entry : json::parse(std::ifstream(directory / "manifest.json"))["files"]) {
@@ -52,7 +53,6 @@ TEST(Corpus, IsWrittenWholeAndDifferencesAreNamed) {
       testing::UnorderedElementsAre("valid/one-simplex.t4d is missing",
                                     testing::StartsWith("valid/one-simplex.json is different"),
                                     "invalid/H1-other.t4d is not a file of the corpus"));
-  std::filesystem::remove_all(directory);
 }
 
 }  // namespace

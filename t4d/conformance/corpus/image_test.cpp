@@ -1,21 +1,20 @@
 #include "t4d/conformance/corpus/image.h"
 
-#include <fstream>
-
 #include <gtest/gtest.h>
 
 #include "t4d/conformance/corpus/shapes.h"
-#include "t4d/conformance/corpus/temporary_file.h"
 #include "t4d/formats/t4d/writer.h"
+#include "t4d/system/test_folder.h"
 
 namespace t4d::conformance {
 namespace {
 
 std::string written(const std::vector<BodySlabs>& bodies, const formats::T4dWriteOptions& options) {
-  const TemporaryFile file("");
+  const system::TestFolder folder;
+  const auto file = folder / "file.t4d";
   formats::Metadata metadata;
   for (const BodySlabs& body : bodies) metadata.bodies.push_back({body.name});
-  auto writer = formats::T4dWriter::create(file.path(), metadata, options);
+  auto writer = formats::T4dWriter::create(file, metadata, options);
   EXPECT_TRUE(writer);
   std::size_t most = 0;
   for (const BodySlabs& body : bodies) most = std::max(most, body.slabs.size());
@@ -27,8 +26,7 @@ std::string written(const std::vector<BodySlabs>& bodies, const formats::T4dWrit
     }
   }
   EXPECT_TRUE(writer->finish());
-  std::ifstream in(file.path(), std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
+  return system::contents(file);
 }
 
 /// HEAD as written by the writer.

@@ -4,7 +4,7 @@
 
 #include "t4d/conformance/corpus/cases.h"
 #include "t4d/conformance/corpus/expect_answers.h"
-#include "t4d/conformance/corpus/temporary_file.h"
+#include "t4d/system/test_folder.h"
 #include "t4d/verbs/validate.h"
 
 namespace t4d::conformance {
@@ -14,14 +14,15 @@ TEST(ImplFiles, AreReadRightWhereOurReaderAcceptsThem) {
   std::size_t accepted = 0;
   for (const AcceptedCase& made : implCases()) {
     SCOPED_TRACE(made.file.id);
-    const TemporaryFile file(made.file.bytes);
-    const auto description = describeFile(file.path());
+    const system::TestFolder folder;
+    const auto file = folder.write("file.t4d", made.file.bytes);
+    const auto description = describeFile(file);
     if (!description) {
       EXPECT_EQ(description.error().code, ErrorCode::InvalidInput) << description.error().text();
       continue;
     }
     ++accepted;
-    expectAnswers(made.file, file.path(), *description);
+    expectAnswers(made.file, file, *description);
   }
   EXPECT_GT(accepted, 0U);
 }
@@ -45,8 +46,9 @@ TEST(ImplFiles, WhoseMeshesAreFaultyAreFoundByTheValidator) {
               testing::Value(made.file.features, testing::Contains("faulty-mesh")));
     if (code == codes.end()) continue;
     ++found;
-    const TemporaryFile file(made.file.bytes);
-    const auto validation = verbs::validate(file.path(), {.vertexLinks = true});
+    const system::TestFolder folder;
+    const auto file = folder.write("file.t4d", made.file.bytes);
+    const auto validation = verbs::validate(file, {.vertexLinks = true});
     ASSERT_TRUE(validation);
     EXPECT_FALSE(validation->valid());
     EXPECT_THAT(validation->issues.issues,

@@ -7,11 +7,11 @@
 
 #include <gmock/gmock.h>
 
-#include "t4d/conformance/corpus/temporary_file.h"
 #include "t4d/formats/t4d/chunk_list.h"
 #include "t4d/formats/t4d/layout.h"
 #include "t4d/formats/t4d/reader.h"
 #include "t4d/formats/t4d/stream.h"
+#include "t4d/system/test_folder.h"
 #include "tests/paths.h"
 
 namespace t4d::conformance {
@@ -46,16 +46,18 @@ TEST(InvalidFiles, AreRightWithoutTheirFault) {
   for (const InvalidCase& made : invalidCases()) {
     EXPECT_NE(made.file.bytes, made.repaired) << made.file.id;
     if (!seen.insert(made.repaired).second) continue;
-    const TemporaryFile file(made.repaired);
-    const auto checked = formats::checkT4dFile(file.path());
+    const system::TestFolder folder;
+    const auto file = folder.write("file.t4d", made.repaired);
+    const auto checked = formats::checkT4dFile(file);
     EXPECT_TRUE(checked) << made.file.id << ": " << checked.error().text();
   }
 }
 
 /// Whether all of the file can be read as it would come through a pipe.
 bool isSoundStream(const std::string& bytes) {
-  const TemporaryFile file(bytes);
-  auto stream = formats::T4dStream::open(file.path(), formats::kAnyCells);
+  const system::TestFolder folder;
+  const auto file = folder.write("file.t4d", bytes);
+  auto stream = formats::T4dStream::open(file, formats::kAnyCells);
   if (!stream) return false;
   while (true) {
     const auto item = stream->next();
@@ -230,8 +232,9 @@ const std::map<std::string, std::string>& messages() {
 
 void expectRefusedForWhatIsWrong(const InvalidCase& made) {
   SCOPED_TRACE(made.file.id + ": " + made.file.fault);
-  const TemporaryFile file(made.file.bytes);
-  const auto description = describeFile(file.path());
+  const system::TestFolder folder;
+  const auto file = folder.write("file.t4d", made.file.bytes);
+  const auto description = describeFile(file);
   ASSERT_FALSE(description);
   const Error& error = description.error();
   const std::regex message(messages().at(made.file.rule));

@@ -6,7 +6,7 @@
 
 #include "t4d/conformance/corpus/cases.h"
 #include "t4d/conformance/corpus/expect_answers.h"
-#include "t4d/conformance/corpus/temporary_file.h"
+#include "t4d/system/test_folder.h"
 #include "t4d/verbs/validate.h"
 
 namespace t4d::conformance {
@@ -28,10 +28,11 @@ double sumOf(const std::string& text, const char* member) {
 TEST(ValidFiles, AreReadByOurReaderAsTheyMustBe) {
   for (const AcceptedCase& made : validCases()) {
     SCOPED_TRACE(made.file.id);
-    const TemporaryFile file(made.file.bytes);
-    const auto description = describeFile(file.path());
+    const system::TestFolder folder;
+    const auto file = folder.write("file.t4d", made.file.bytes);
+    const auto description = describeFile(file);
     ASSERT_TRUE(description) << description.error().text();
-    expectAnswers(made.file, file.path(), *description);
+    expectAnswers(made.file, file, *description);
   }
 }
 
@@ -65,8 +66,9 @@ TEST(ValidFiles, AreClosedOrientedManifolds) {
   };
   for (const AcceptedCase& made : validCases()) {
     SCOPED_TRACE(made.file.id);
-    const TemporaryFile file(made.file.bytes);
-    const auto validation = verbs::validate(file.path(), {.vertexLinks = true});
+    const system::TestFolder folder;
+    const auto file = folder.write("file.t4d", made.file.bytes);
+    const auto validation = verbs::validate(file, {.vertexLinks = true});
     ASSERT_TRUE(validation);
     for (const measure::Issue& issue : validation->issues.issues) {
       const auto known = exceptions.find(made.file.id);

@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <set>
 
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
-#include <unistd.h>
 
 #include "t4d/conformance/corpus/corpus.h"
+#include "t4d/system/test_folder.h"
 
 namespace t4d::conformance {
 namespace {
@@ -38,15 +37,8 @@ const CorpusFile& validFile(const std::string& id) {
 /// Our reader on bytes, by way of a file.
 class Damage : public testing::Test {
  protected:
-  void SetUp() override {
-    path_ = fs::path(testing::TempDir()) / ("t4d_damage_" + std::to_string(::getpid()) + ".t4d");
-  }
-  void TearDown() override { fs::remove(path_); }
-  const fs::path& file(const std::string& bytes) {
-    std::ofstream(path_, std::ios::binary) << bytes;
-    return path_;
-  }
-  fs::path path_;
+  fs::path file(const std::string& bytes) const { return folder_.write("file.t4d", bytes); }
+  system::TestFolder folder_;
 };
 
 TEST_F(Damage, PartsAreAllOfAFile) {

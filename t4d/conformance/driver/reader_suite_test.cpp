@@ -7,9 +7,9 @@
 
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
-#include <unistd.h>
 
 #include "t4d/conformance/driver/reader_report.h"
+#include "t4d/system/test_folder.h"
 
 namespace t4d::conformance {
 namespace {
@@ -27,8 +27,6 @@ constexpr const char* kAnswer = R"({"version": "1.0", "features": [], "bodies": 
 class ReaderSuite : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = fs::path(testing::TempDir()) / ("t4d_suite_" + std::to_string(::getpid()));
-    fs::create_directories(folder_);
     good_.id = "valid/good";
     good_.bytes = "good";
     good_.fault = "A file.";
@@ -51,7 +49,6 @@ class ReaderSuite : public testing::Test {
       cases_.back().trials.push_back(trial);
     }
   }
-  void TearDown() override { fs::remove_all(folder_); }
 
   std::vector<ReaderResult> run(const std::string& script, SuiteOptions options = {}) {
     const fs::path reader = folder_ / "reader";
@@ -72,7 +69,7 @@ class ReaderSuite : public testing::Test {
 
   static constexpr const char* kRight = R"([ x$text = xgood ] && echo "$answer")";
 
-  fs::path folder_;
+  system::TestFolder folder_;
   CorpusFile good_;
   CorpusFile bad_;
   std::vector<ReaderCase> cases_;
@@ -140,7 +137,7 @@ TEST_F(ReaderSuite, LeavesNoFiles) {
     return found;
   };
   const std::string before = std::getenv("TMPDIR") == nullptr ? "" : std::getenv("TMPDIR");
-  setenv("TMPDIR", folder_.c_str(), 1);
+  setenv("TMPDIR", folder_.path().c_str(), 1);
   run(kRight);
   EXPECT_EQ(count(), 0U);
   before.empty() ? unsetenv("TMPDIR") : setenv("TMPDIR", before.c_str(), 1);
@@ -205,8 +202,8 @@ class ServingSuite : public ReaderSuite {
     return results.value_or(std::vector<ReaderResult>{});
   }
   int starts() const {
-    std::ifstream file(folder_ / "starts");
-    return static_cast<int>(std::count(std::istreambuf_iterator<char>(file), {}, '\n'));
+    const std::string lines = system::contents(folder_ / "starts");
+    return static_cast<int>(std::count(lines.begin(), lines.end(), '\n'));
   }
 
   static constexpr const char* kServed =
@@ -263,8 +260,7 @@ TEST_F(ServingSuite, RefusesAnswersThatNobodyAskedFor) {
   EXPECT_THAT(twice[1].message,
               HasSubstr("wrote more than one line for this request: \"refuse again"));
   // Replies written before any request.
-  std::ofstream(folder_ / "early") << "#!/bin/sh\nyes refuse\n";
-  fs::permissions(folder_ / "early", fs::perms::owner_all);
+  fs::permissions(folder_.write("early", "#!/bin/sh\nyes refuse\n"), fs::perms::owner_all);
   SuiteOptions options;
   options.command = {(folder_ / "early").string()};
   options.serve = true;

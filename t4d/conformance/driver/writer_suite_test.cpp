@@ -1,15 +1,14 @@
 #include "t4d/conformance/driver/writer_suite.h"
 
 #include <algorithm>
-#include <fstream>
 #include <set>
 
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
-#include <unistd.h>
 
 #include "t4d/formats/t4d/reader.h"
 #include "t4d/formats/t4d/writer.h"
+#include "t4d/system/test_folder.h"
 
 namespace t4d::conformance {
 namespace {
@@ -21,12 +20,6 @@ using testing::IsEmpty;
 
 class WriterSuite : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = fs::path(testing::TempDir()) / ("t4d_writer_" + std::to_string(::getpid()));
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   fs::path written(const WriterCase& test, const formats::T4dWriteOptions& options = {}) {
     const fs::path path = folder_ / "out.t4d";
     auto writer = formats::T4dWriter::create(path, test.metadata, options);
@@ -40,7 +33,7 @@ class WriterSuite : public testing::Test {
     return path;
   }
 
-  fs::path folder_;
+  system::TestFolder folder_;
 };
 
 WriterCase writerCase(const std::string& id) {

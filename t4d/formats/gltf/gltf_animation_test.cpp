@@ -381,7 +381,7 @@ TEST_P(DamagedGltfAnimation, IsReadOrRefused) {
     judge(damaged);
   }
   // The numbers of the curves, in the buffer.
-  const std::string numbers = fileContents(temporaryPath("a.bin"));
+  const std::string numbers = system::contents(temporaryPath("a.bin"));
   for (int round = 0; round < 300; ++round) {
     std::string damaged = numbers;
     damaged[random() % damaged.size()] = static_cast<char>(random());

@@ -25,14 +25,14 @@ NamedMesh box(double width, double height = 1, const std::string& name = "box") 
 }
 
 nlohmann::json documentOf(const std::filesystem::path& path) {
-  const std::string bytes = fileContents(path);
+  const std::string bytes = system::contents(path);
   if (path.extension() == ".gltf") return nlohmann::json::parse(bytes);
   return nlohmann::json::parse(bytes.substr(20, loadNumber<std::uint32_t>(bytes.data() + 12)));
 }
 
 /// The numbers of a float32 accessor of a .glb file.
 std::vector<float> floatsOf(const std::filesystem::path& path, int index) {
-  const std::string bytes = fileContents(path);
+  const std::string bytes = system::contents(path);
   const auto document = documentOf(path);
   const auto& accessor = document["accessors"][static_cast<std::size_t>(index)];
   const auto& view = document["bufferViews"][accessor["bufferView"].get<std::size_t>()];

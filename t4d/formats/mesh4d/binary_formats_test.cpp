@@ -1,5 +1,4 @@
 #include <cstring>
-#include <filesystem>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -13,6 +12,7 @@
 #include "t4d/formats/packed_block.h"
 #include "t4d/formats/text/base64.h"
 #include "t4d/formats/zlib_block.h"
+#include "t4d/system/test_folder.h"
 
 /// VTU and G4MF as other programs write them.
 namespace t4d::formats {
@@ -294,7 +294,8 @@ TEST(Vtu, KeepsAttributesAndNamesOfOneBodyAndOfSeveral) {
     auto flat = FlatBodies::of(bodies);
     ASSERT_TRUE(flat);
     ASSERT_TRUE(flat->findAttributes(keptInVtu));
-    const auto path = std::filesystem::path(testing::TempDir()) / "kept.vtu";
+    const system::TestFolder folder;
+    const auto path = folder / "kept.vtu";
     const auto written = writeVtu(path, *flat);
     ASSERT_TRUE(written) << written.error().text();
     const Mesh4dFormat* format = nullptr;

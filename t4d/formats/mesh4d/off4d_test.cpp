@@ -68,7 +68,7 @@ TEST(GeomviewOff, IsToldApartAndRefused) {
 
 TEST(GeomviewOff, IsWrittenAsTriangles) {
   const auto path = written4d(*mesh4dFormat("off-geomview"), {awkwardBody("", 0)});
-  const std::string text = fileContents(path);
+  const std::string text = system::contents(path);
   EXPECT_TRUE(text.starts_with("nOFF\n4\n8 32 24\n")) << text.substr(0, 40);
   EXPECT_EQ(std::ranges::count(text, '\n'), 3 + 8 + 32);
 }

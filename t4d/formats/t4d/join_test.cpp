@@ -81,7 +81,7 @@ TEST(Join, PartsOfASweepAreTheSweep) {
 
 TEST(Join, StoresLayersAtSeamsAndSharedConnectivitiesOnce) {
   const auto countOf = [](const std::filesystem::path& path, const std::string& type) {
-    const std::vector<ChunkHeader> chunks = listChunks(fileContents(path));
+    const std::vector<ChunkHeader> chunks = listChunks(system::contents(path));
     return std::ranges::count(chunks, type, &ChunkHeader::name);
   };
   const std::vector<std::filesystem::path> parts = {
@@ -98,7 +98,7 @@ TEST(Join, StoresLayersAtSeamsAndSharedConnectivitiesOnce) {
 TEST(Join, PartsOfAnySlabsAreTheBytesOfOneFile) {
   for (unsigned seed = 0; seed < 40; ++seed) {
     const std::vector<model::Slab> slabs = RandomSlabs(seed).make(40);
-    const std::string whole = fileContents(writeT4d("whole.t4d", {slabs}));
+    const std::string whole = system::contents(writeT4d("whole.t4d", {slabs}));
     for (const std::size_t count : {2, 5, 40}) {
       std::vector<std::filesystem::path> parts;
       for (std::size_t i = 0; i < count; ++i) {
@@ -110,7 +110,7 @@ TEST(Join, PartsOfAnySlabsAreTheBytesOfOneFile) {
       const auto path = temporaryPath("joined.t4d");
       const auto joined = joinT4d(parts, path);
       ASSERT_TRUE(joined) << joined.error().text();
-      EXPECT_TRUE(fileContents(path) == whole) << seed << ", in " << count;
+      EXPECT_TRUE(system::contents(path) == whole) << seed << ", in " << count;
     }
   }
 }
@@ -152,11 +152,11 @@ TEST(Join, RefusesPartsThatDoNotMeet) {
               HasSubstr("the grid of its positions"));
   EXPECT_THAT(errorOf({first, writeT4d("other.t4d", {{simplexSlab()}})}),
               HasSubstr("its bodies are not those"));
-  std::string damaged = fileContents(second);
+  std::string damaged = system::contents(second);
   damaged[damaged.size() / 2] ^= 1;
   EXPECT_THAT(errorOf({first, writeFile("damaged.t4d", damaged)}), HasSubstr("damaged.t4d: byte"));
   EXPECT_THAT(errorOf({}), HasSubstr("no file"));
-  std::string more = fileContents(sweptPart("plain.t4d", {1, 3}, {.index = false}));
+  std::string more = system::contents(sweptPart("plain.t4d", {1, 3}, {.index = false}));
   const auto chunks = listChunks(more);
   const auto done = std::ranges::find(chunks, "DONE", &ChunkHeader::name);
   constexpr std::size_t kCellsOfTheFirstBody = 32;

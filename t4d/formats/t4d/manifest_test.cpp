@@ -51,7 +51,7 @@ class FileInParts : public testing::Test {
     manifest_ = temporaryPath("cube.t4dm");
     const auto written = writeManifest(parts_, manifest_);
     ASSERT_TRUE(written) << written.error().text();
-    text_ = fileContents(manifest_);
+    text_ = system::contents(manifest_);
   }
   void TearDown() override {
     for (const auto& part : parts_) std::filesystem::remove(part);
@@ -114,10 +114,10 @@ TEST_F(FileInParts, JoinMakesOneFileOfItAndAnotherManifest) {
   ASSERT_TRUE(joinT4d(parts_, direct));
   const auto joined = joinT4d({manifest_}, through);
   ASSERT_TRUE(joined) << joined.error().text();
-  EXPECT_EQ(fileContents(direct), fileContents(through));
+  EXPECT_EQ(system::contents(direct), system::contents(through));
   const auto again = temporaryPath("again.t4dm");
   ASSERT_TRUE(writeManifest({manifest_}, again));
-  EXPECT_EQ(fileContents(again), text_);
+  EXPECT_EQ(system::contents(again), text_);
 }
 
 TEST_F(FileInParts, IsMadeOfManifestsOfItsParts) {
@@ -130,7 +130,7 @@ TEST_F(FileInParts, IsMadeOfManifestsOfItsParts) {
   const auto written = writeManifest(ones, all);
   ASSERT_TRUE(written) << written.error().text();
   EXPECT_EQ(written->parts, kParts);
-  EXPECT_EQ(fileContents(all), text_);
+  EXPECT_EQ(system::contents(all), text_);
   const auto gap = writeManifest({ones[0], ones[2]}, all);
   ASSERT_FALSE(gap);
   EXPECT_THAT(gap.error().text(), HasSubstr("begins at time"));
@@ -158,7 +158,7 @@ TEST_F(FileInParts, ReadsOnlyThePartThatHasTheTime) {
 }
 
 TEST_F(FileInParts, NamesAPartThatIsMissingOrExchanged) {
-  const std::string own = fileContents(parts_[2]);
+  const std::string own = system::contents(parts_[2]);
   const auto reader = T4dReader::open(manifest_);
   ASSERT_TRUE(reader);
   std::filesystem::remove(parts_[2]);
@@ -172,7 +172,7 @@ TEST_F(FileInParts, NamesAPartThatIsMissingOrExchanged) {
   // Another run: as long, but with other bytes.
   std::string other = own;
   other[other.size() - 45] ^= 1;
-  writeFile("piece3.t4d", fileContents(parts_[1]));
+  writeFile("piece3.t4d", system::contents(parts_[1]));
   EXPECT_THAT(errorOf(manifest_), HasSubstr("piece3.t4d: is not the part that"));
   const auto shorter = swept("piece3.t4d", {3, kParts}, {.compression = 0});
   EXPECT_THAT(errorOf(manifest_), HasSubstr("bytes, not"));
@@ -234,7 +234,7 @@ TEST_F(FileInParts, RefusesAManifestThatIsWrong) {
   EXPECT_THAT(errorWith(part([](auto& each) { each["bodies"][0]["shared"] = 1 << 20U; })),
               HasSubstr("shares"));
   EXPECT_THAT(errorOf(writeFile("text.t4dm", "nothing")), HasSubstr("text.t4dm: is not JSON"));
-  EXPECT_THAT(errorOf(writeFile("text.t4dm", fileContents(parts_[0]))),
+  EXPECT_THAT(errorOf(writeFile("text.t4dm", system::contents(parts_[0]))),
               HasSubstr("is a .t4d file, not a manifest"));
   EXPECT_THAT(errorOf(writeFile("cube.t4d", text_)), HasSubstr("is not a .t4d file"));
   EXPECT_THAT(errorOf(manifest_, T4dOpen::FromFront), HasSubstr("read the parts one by one"));

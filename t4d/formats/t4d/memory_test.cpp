@@ -320,7 +320,7 @@ TEST(T4dStream, KeepsAWindowOfTheFileHoweverLongItIs) {
 
 TEST(T4dReader, AsksForLittleMemoryWhereNumbersLie) {
   const std::string file =
-      fileContents(writeT4d("liar.t4d", {RandomSlabs(3).make(3)}, {0, false, true}));
+      system::contents(writeT4d("liar.t4d", {RandomSlabs(3).make(3)}, {0, false, true}));
   for (const ChunkHeader& chunk : listChunks(file)) {
     for (std::size_t at = chunk.payload(); at + 8 <= chunk.end(); at += 4) {
       for (const std::uint64_t lie : {~std::uint64_t{0}, std::uint64_t{1} << 40,

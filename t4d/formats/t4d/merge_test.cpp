@@ -129,7 +129,7 @@ TEST(Merge, RefusesFilesThatDoNotFit) {
   EXPECT_THAT(errorWith(changed([](Metadata& m) { m.up = "z"; })), HasSubstr("upward axis is z"));
   EXPECT_THAT(errorWith(changed([](Metadata& m) { m.space = "RAS"; })), HasSubstr("space is RAS"));
   EXPECT_THAT(errorWith(sweptFile("grid.t4d", metadata, 1, {.step = 0.01})), HasSubstr("grid"));
-  std::string damaged = fileContents(first);
+  std::string damaged = system::contents(first);
   damaged[damaged.size() / 2] ^= 1;
   EXPECT_THAT(errorWith(writeFile("damaged.t4d", damaged)), HasSubstr("damaged.t4d: byte"));
   const auto none = mergeT4d({}, path);

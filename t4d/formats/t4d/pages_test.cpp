@@ -85,7 +85,7 @@ TEST(Pages, SayWhatTheIndexSays) {
 
 TEST(Pages, AreFoundInAMeshThatIsValid) {
   const auto path = swept("paged.t4d", kPaged);
-  EXPECT_EQ(pagesOf(fileContents(path)).size(), (kSlabs + 2 + kPageSlabs - 1) / kPageSlabs);
+  EXPECT_EQ(pagesOf(system::contents(path)).size(), (kSlabs + 2 + kPageSlabs - 1) / kPageSlabs);
   ASSERT_TRUE(checkT4dFile(path));
   const auto reader = T4dReader::open(path);
   ASSERT_TRUE(reader);
@@ -97,7 +97,7 @@ TEST(Pages, AreFoundInAMeshThatIsValid) {
 
 TEST(Pages, AreLeftOutOfSmallFilesAndKeepTheirVersion) {
   const auto path = swept("whole.t4d", kWhole);
-  EXPECT_TRUE(pagesOf(fileContents(path)).empty());
+  EXPECT_TRUE(pagesOf(system::contents(path)).empty());
   EXPECT_EQ(T4dReader::open(path)->version().minor, 0);
 }
 
@@ -107,7 +107,7 @@ TEST(Pages, ASliceReadsOneOfThem) {
   ASSERT_TRUE(reader);
   const std::uint64_t opened = reader->bytesRead();
   ASSERT_TRUE(slice::sliceAtTime(reader->body(0), 0.6003));
-  const std::vector<ChunkHeader> pages = pagesOf(fileContents(path));
+  const std::vector<ChunkHeader> pages = pagesOf(system::contents(path));
   EXPECT_LT(reader->bytesRead() - opened, 2 * pages.front().bytes());
 }
 
@@ -117,14 +117,14 @@ TEST(Pages, AreMadeAnewByJoin) {
   const auto joined = temporaryPath("joined.t4d");
   ASSERT_TRUE(joinT4d(parts, joined));
   // There are too few slabs for pages of the usual size.
-  EXPECT_TRUE(pagesOf(fileContents(joined)).empty());
+  EXPECT_TRUE(pagesOf(system::contents(joined)).empty());
   ASSERT_TRUE(checkT4dFile(joined));
   expectTheSame(*T4dReader::open(joined), *T4dReader::open(swept("whole.t4d", kWhole)));
 }
 
 TEST(Pages, AreRefusedWhereTheyAreWrong) {
   const auto path = swept("paged.t4d", kPaged);
-  const std::string bytes = fileContents(path);
+  const std::string bytes = system::contents(path);
   const std::vector<ChunkHeader> pages = pagesOf(bytes);
   const ChunkHeader list = listChunks(bytes).rbegin()[2];
   ASSERT_EQ(list.type, t4d_layout::kPageList);
@@ -149,7 +149,7 @@ TEST(Pages, AreRefusedWhereTheyAreWrong) {
 
 TEST(Pages, AreNotNeededToRecoverAFile) {
   const auto path = swept("paged.t4d", kPaged);
-  std::string bytes = fileContents(path);
+  std::string bytes = system::contents(path);
   bytes[pagesOf(bytes)[3].offset + 100] ^= 1;
   const auto salvage = T4dSalvage::open(writeFile("changed.t4d", bytes));
   ASSERT_TRUE(salvage) << salvage.error().text();

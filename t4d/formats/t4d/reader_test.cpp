@@ -36,7 +36,7 @@ struct Sample {
   Sample(const std::string& name, const T4dWriteOptions& options)
       : bodies{RandomSlabs(3).make(3), RandomSlabs(8).make(2)},
         path(writeT4d(name, bodies, options)),
-        bytes(fileContents(path)),
+        bytes(system::contents(path)),
         chunks(listChunks(bytes)) {}
 
   const ChunkHeader& chunkAt(std::size_t offset) const {
@@ -196,7 +196,7 @@ TEST(T4dReader, RefusesEveryTruncationAndFromFrontGivesTheWholeSlabsBeforeIt) {
 TEST(T4dReader, RefusesEveryByteThatIsNotAsItWasWritten) {
   for (const bool index : {true, false}) {
     const auto path = writeT4d("flipped.t4d", {RandomSlabs(8).make(2)}, {3, false, index});
-    const std::string bytes = fileContents(path);
+    const std::string bytes = system::contents(path);
     const int file = ::open(path.c_str(), O_WRONLY);
     ASSERT_GE(file, 0);
     const auto put = [&](std::size_t at, int byte) {
@@ -241,7 +241,7 @@ TEST(T4dReader, RefusesBlocksOfCellsThatAreNotAsTheyWereWritten) {
     return {};
   };
   EXPECT_EQ(faultOfBlocks(), "");
-  const std::string bytes = fileContents(path);
+  const std::string bytes = system::contents(path);
   std::map<std::string, int> flipped;
   for (const ChunkHeader& chunk : listChunks(bytes)) {
     if (chunk.name() != "CONN" && chunk.name() != "LAYR" && chunk.name() != "SLAB") continue;
@@ -516,8 +516,8 @@ TEST(T4dReader, RefusesAChunkOfAnotherVersionOfTheFile) {
   Slab other = simplexSlab();
   other.vertices[1][0] = 0.5;
   const std::string before =
-      fileContents(writeT4d("before.t4d", {{simplexSlab()}}, {0, false, true}));
-  const std::string after = fileContents(writeT4d("after.t4d", {{other}}, {0, false, true}));
+      system::contents(writeT4d("before.t4d", {{simplexSlab()}}, {0, false, true}));
+  const std::string after = system::contents(writeT4d("after.t4d", {{other}}, {0, false, true}));
   ASSERT_EQ(before.size(), after.size());
   for (const ChunkHeader& chunk : listChunks(before)) {
     if (chunk.name() != "SLAB") continue;
@@ -551,7 +551,7 @@ TEST(T4dReader, RefusesMoreCellsThanAreAllowed) {
 /// The offset 0 is "none" for layers only.
 TEST(T4dReader, RefusesASlabWithoutConnectivityWhereTheIndexAgrees) {
   std::string bytes =
-      fileContents(writeT4d("no_connectivity.t4d", {{simplexSlab()}}, {0, false, true}));
+      system::contents(writeT4d("no_connectivity.t4d", {{simplexSlab()}}, {0, false, true}));
   for (const ChunkHeader& chunk : listChunks(bytes)) {
     if (chunk.name() == "SLAB") overwrite(bytes, chunk.fields() + 16, std::uint64_t{0});
     if (chunk.name() == "INDX") overwrite(bytes, blockOf(chunk, bytes, 3), std::uint64_t{0});
@@ -563,7 +563,7 @@ TEST(T4dReader, RefusesASlabWithoutConnectivityWhereTheIndexAgrees) {
 
 /// -0 equals 0, and so the index may have one where the slab has the other.
 TEST(T4dReader, GivesTheTimesOfTheSlabWhereTheIndexHasAnotherZero) {
-  std::string bytes = fileContents(writeT4d("zero.t4d", {{simplexSlab()}}, {0, false, true}));
+  std::string bytes = system::contents(writeT4d("zero.t4d", {{simplexSlab()}}, {0, false, true}));
   for (const ChunkHeader& chunk : listChunks(bytes)) {
     if (chunk.name() == "INDX") overwrite(bytes, blockOf(chunk, bytes, 2), -0.0);
   }
@@ -592,7 +592,7 @@ TEST(T4dReader, GivesNoLayersOfASlabWhoseBoundsInTheIndexLie) {
   const auto sound = T4dReader::open(path);
   ASSERT_TRUE(sound) << sound.error().text();
   const model::Source& body = sound->body(0);
-  const std::string bytes = fileContents(path);
+  const std::string bytes = system::contents(path);
   const ChunkHeader index = listChunks(bytes).back();
   std::size_t at = index.payload();
   ASSERT_EQ(body.slabCount(), 5u);
@@ -659,7 +659,7 @@ TEST(T4dReaderDeathTest, SaysThatAFileDoesNotFitIntoMemory) {
     const rlimit limit = {std::uint64_t{2} << 30, std::uint64_t{2} << 30};
     ::setrlimit(RLIMIT_AS, &limit);
     const auto opened = T4dReader::open(path);
-    std::exit(!opened && opened.error().message.ends_with("does not fit into memory") ? 0 : 1);
+    std::_Exit(!opened && opened.error().message.ends_with("does not fit into memory") ? 0 : 1);
   };
   EXPECT_EXIT(open(), testing::ExitedWithCode(0), "");
   std::filesystem::remove(path);
@@ -677,7 +677,7 @@ TEST(T4dReader, StandsRandomDamageBehindRightChecksums) {
   for (const T4dWriteOptions& options :
        {T4dWriteOptions{0, false, true}, {3, false, true}, {0, true, false}}) {
     seeds.push_back(Sample("seed.t4d", options).bytes);
-    seeds.push_back(fileContents(writeT4d("seed.t4d", {{simplexSlab()}}, options)));
+    seeds.push_back(system::contents(writeT4d("seed.t4d", {{simplexSlab()}}, options)));
   }
   const std::uint64_t values[] = {0,          1,          7,          24,
                                   0x7F,       0xFF,       0x7FFFFFFF, 0xFFFFFFFF,

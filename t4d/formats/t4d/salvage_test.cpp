@@ -35,7 +35,7 @@ struct Original {
       : bodies{RandomSlabs(seed).make(5), RandomSlabs(seed + 1000).make(3)} {
     const auto path = writeT4d("sample.t4d", bodies,
                                {.compression = seed % 2 == 0 ? 3 : 0, .index = seed % 3 != 0});
-    bytes = fileContents(path);
+    bytes = system::contents(path);
     chunks = listChunks(bytes);
     std::vector<std::size_t> next(bodies.size(), 0);
     for (const ChunkHeader& chunk : chunks) {

@@ -66,7 +66,7 @@ TEST(SharedJoin, MakesTheBytesOfAJoin) {
       copyAll(shared, std::min<std::size_t>(count, 3));
       const auto finished = finishJoin(shared);
       ASSERT_TRUE(finished) << finished.error().text();
-      EXPECT_TRUE(fileContents(shared) == fileContents(joined)) << seed << ", in " << count;
+      EXPECT_TRUE(system::contents(shared) == system::contents(joined)) << seed << ", in " << count;
       EXPECT_EQ(finished->bytes, fs::file_size(shared));
       EXPECT_EQ(finished->bodies.size(), bodies.size());
       EXPECT_FALSE(fs::exists(folderOf(shared)));
@@ -155,7 +155,7 @@ TEST_F(PlannedJoin, RefusesAnotherPart) {
 }
 
 TEST_F(PlannedJoin, FindsAnyDamageOfAPart) {
-  const std::string sound = fileContents(parts_[1]);
+  const std::string sound = system::contents(parts_[1]);
   const std::vector<ChunkHeader> chunks = listChunks(sound);
   std::size_t found = 0;
   for (std::size_t at = chunks[1].offset; at < sound.size(); at += 61) {
@@ -180,7 +180,7 @@ TEST_F(PlannedJoin, FindsAnyDamageOfAPart) {
 
 TEST_F(PlannedJoin, RefusesADamagedPlan) {
   const fs::path plan = folderOf(into_) / "plan.json";
-  const std::string sound = fileContents(plan);
+  const std::string sound = system::contents(plan);
   for (std::size_t at = 0; at < sound.size(); ++at) {
     for (const char other : {'9', '-', '"', ' '}) {
       std::string damaged = sound;
@@ -192,7 +192,7 @@ TEST_F(PlannedJoin, RefusesADamagedPlan) {
   }
   const fs::path runs = folderOf(into_) / "runs";
   writeFile(plan, sound);
-  const std::string soundRuns = fileContents(runs);
+  const std::string soundRuns = system::contents(runs);
   for (std::size_t at = 0; at < soundRuns.size(); ++at) {
     std::string damaged = soundRuns;
     damaged[at] = static_cast<char>(damaged[at] ^ 8);

@@ -13,7 +13,7 @@ namespace {
 
 /// The bytes of the first block of code after `heading`. Lines are "OFFSET  BYTES | what it is".
 std::string bytesInSpec(const std::string& heading) {
-  std::istringstream spec(fileContents(T4D_SPEC));
+  std::istringstream spec(system::contents(T4D_SPEC));
   std::string line;
   while (std::getline(spec, line) && line != heading) {
   }
@@ -47,7 +47,7 @@ TEST(Spec, MinimalFileIsWhatTheWriterWrites) {
   metadata.bodies = {{"simplex"}};
   auto writer = T4dWriter::create(path, metadata, {0, false, true});
   ASSERT_TRUE(writer && writer->body(0).put(simplexSlab()) && writer->finish());
-  const std::string bytes = fileContents(path);
+  const std::string bytes = system::contents(path);
   EXPECT_EQ(bytesInSpec("## A complete file"), bytes) << hexOf(bytes);
 
   auto reader = T4dReader::open(path);
@@ -60,7 +60,7 @@ TEST(Spec, MinimalFileIsWhatTheWriterWrites) {
 
 /// The bytes of the lines of code after the line that ends with `before`.
 std::vector<std::byte> codeInSpec(const std::string& before) {
-  std::istringstream spec(fileContents(T4D_SPEC));
+  std::istringstream spec(system::contents(T4D_SPEC));
   std::string line;
   while (std::getline(spec, line) && !line.ends_with(before)) {
   }

@@ -41,7 +41,7 @@ TEST(T4dStreamDeathTest, ReadsFromADescriptorThatHasTheNumberOfAClosedInput) {
   EXPECT_EXIT(
       {
         ::close(STDIN_FILENO);
-        std::exit(T4dStream::open(path) ? 0 : 1);
+        std::_Exit(T4dStream::open(path) ? 0 : 1);
       },
       testing::ExitedWithCode(0), "");
 }
@@ -55,7 +55,7 @@ TEST(T4dStream, GivesFromAPipeWhatIsInTheFile) {
     const auto path = writeT4d("stream.t4d", bodies, {.index = seed % 2 == 0});
     const auto reader = T4dReader::open(path);
     ASSERT_TRUE(reader) << reader.error().text();
-    const Pipe pipe(fileContents(path));
+    const Pipe pipe(system::contents(path));
     EXPECT_TRUE(isPipe(pipe.path()));
     EXPECT_FALSE(isPipe(path));
     auto stream = T4dStream::open(pipe.path());
@@ -87,7 +87,7 @@ TEST(T4dStream, GivesFromAPipeWhatIsInTheFile) {
 TEST(T4dStream, RefusesWhatCheckT4dFileRefuses) {
   std::mt19937 random(7);
   for (const bool index : {true, false}) {
-    const std::string whole = fileContents(
+    const std::string whole = system::contents(
         writeT4d("sound.t4d", {RandomSlabs(1).make(4), RandomSlabs(2).make(3)}, {0, false, index}));
     const auto expectRefused = [&](const std::string& bytes, const std::string& what) {
       const auto path = writeFile("damaged.t4d", bytes);
@@ -108,7 +108,7 @@ TEST(T4dStream, RefusesWhatCheckT4dFileRefuses) {
 }
 
 TEST(T4dStream, SaysWhereAPipeEnds) {
-  const std::string whole = fileContents(writeT4d("short.t4d", {{simplexSlab()}}));
+  const std::string whole = system::contents(writeT4d("short.t4d", {{simplexSlab()}}));
   const ChunkHeader slab = listChunks(whole).at(2);
   EXPECT_EQ(slab.name(), "SLAB");
   const Pipe inside(whole.substr(0, slab.payload() + 8));

@@ -125,7 +125,7 @@ TEST(T4dWriter, ASlabInPiecesGivesTheSameBytesAsAWholeOne) {
         ASSERT_TRUE(put) << put.error().text();
       }
       ASSERT_TRUE(writer->finish());
-      bytes.push_back(fileContents(path));
+      bytes.push_back(system::contents(path));
     }
     EXPECT_TRUE(bytes[0] == bytes[1]) << options.compression;
   }
@@ -223,7 +223,7 @@ TEST(T4dWriter, WritesSweepsThatComeBackBitForBitAndStayClosed) {
 TEST(T4dWriter, StoresSharedConnectivityAndLayersOnceAndMeansNotAtAll) {
   model::Mesh mesh = sweptTorus();
   const std::vector<Slab> slabs(mesh.slabs().begin(), mesh.slabs().end());
-  const std::string bytes = fileContents(writeT4d("shared.t4d", {slabs}, {0, false, true}));
+  const std::string bytes = system::contents(writeT4d("shared.t4d", {slabs}, {0, false, true}));
   std::size_t connectivities = 0;
   std::size_t layers = 0;
   std::uint64_t smallest = bytes.size();
@@ -245,12 +245,13 @@ TEST(T4dWriter, MakesSweptMeshesTwentyTimesSmallerThanTheirArrays) {
     raw += slab.vertices.size() * sizeof(Point4) +
            slab.connectivity->cells.size() * (sizeof(model::Cell) + 5);
   }
-  EXPECT_LT(fileContents(writeT4d("small.t4d", {slabs})).size() * 20, raw);
+  EXPECT_LT(system::contents(writeT4d("small.t4d", {slabs})).size() * 20, raw);
 }
 
 TEST(T4dWriter, StoresTheSameBytesTwice) {
   const std::vector<Slab> slabs = RandomSlabs(5).make(6);
-  EXPECT_EQ(fileContents(writeT4d("a.t4d", {slabs})), fileContents(writeT4d("b.t4d", {slabs})));
+  EXPECT_EQ(system::contents(writeT4d("a.t4d", {slabs})),
+            system::contents(writeT4d("b.t4d", {slabs})));
 }
 
 TEST(T4dWriter, StoresTheSameBytesWithAnyNumberOfThreads) {
@@ -272,11 +273,11 @@ TEST(T4dWriter, StoresTheSameBytesWithAnyNumberOfThreads) {
         const auto pumped = pump(source, writer->body(0));
         EXPECT_TRUE(pumped) << pumped.error().text();
         EXPECT_TRUE(writer->finish());
-        return fileContents(path);
+        return system::contents(path);
       };
       const std::vector<Slab> slabs(mesh.slabs().begin(), mesh.slabs().end());
       const auto path = writeT4d("one_by_one.t4d", {slabs}, options);
-      const std::string bytes = fileContents(path);
+      const std::string bytes = system::contents(path);
       for (const std::size_t threads : {1U, 2U, 5U}) EXPECT_EQ(written(mesh, threads), bytes);
       // What is read is written again as it was; rounded poses are rounded once more.
       if (options.float32 || options.step) continue;
@@ -452,7 +453,7 @@ TEST(T4dWriter, RefusesAttributesThatDifferAtALayerOrThatMeansDoNotInherit) {
 
 /// The number of chunks of a type.
 std::size_t chunksOf(const std::string& type, const std::filesystem::path& path) {
-  return std::ranges::count(listChunks(fileContents(path)), type, &ChunkHeader::name);
+  return std::ranges::count(listChunks(system::contents(path)), type, &ChunkHeader::name);
 }
 
 TEST(T4dWriter, StoresTheLayersOfASweepAsPosesThatGiveTheSameBits) {
@@ -580,7 +581,7 @@ TEST(T4dWriter, LeavesNothingWithoutFinish) {
     ASSERT_TRUE(writer && writer->body(0).put(simplexSlab()));
     T4dWriter moved = std::move(*writer);
   }
-  EXPECT_EQ(fileContents(path), "old");
+  EXPECT_EQ(system::contents(path), "old");
   std::size_t parts = 0;
   for (const auto& entry : std::filesystem::directory_iterator(path.parent_path())) {
     parts += entry.path().string().ends_with(".part") ? 1 : 0;
@@ -604,7 +605,7 @@ TEST(T4dWriter, SpareCopiesBoundWhatDamageToAPartCosts) {
   const auto path = writeT4d("spare.t4d", {slabs}, {.spareEvery = kEvery});
   const auto checked = checkT4dFile(path);
   ASSERT_TRUE(checked) << checked.error().text();
-  const std::string bytes = fileContents(path);
+  const std::string bytes = system::contents(path);
   std::size_t parts = 0;
   for (const ChunkHeader& chunk : listChunks(bytes)) {
     if (chunk.type != t4d_layout::kConnectivity && chunk.type != t4d_layout::kLayer) continue;
@@ -642,7 +643,7 @@ TEST(T4dWriter, StoresConnectivityAgainThatIsTooFarBackToBeNamed) {
     const auto path = writeT4d("far.t4d", {slabs}, {});
     const auto checked = checkT4dFile(path);
     EXPECT_TRUE(checked) << checked.error().text();
-    const std::vector<ChunkHeader> chunks = listChunks(fileContents(path));
+    const std::vector<ChunkHeader> chunks = listChunks(system::contents(path));
     return std::ranges::count(chunks, t4d_layout::kConnectivity, &ChunkHeader::type);
   };
   EXPECT_EQ(connectivities(16), 16);

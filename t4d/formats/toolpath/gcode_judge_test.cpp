@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <map>
 #include <numbers>
@@ -17,6 +16,7 @@
 
 #include "t4d/fixtures/milled_programs.h"
 #include "t4d/formats/toolpath/gcode_reader.h"
+#include "t4d/system/test_folder.h"
 
 /// The interpreter of LinuxCNC, rs274, as a judge of tool paths: the motions that it makes of a
 /// program are those that readGcode does, in place, order, kind and time.
@@ -194,18 +194,11 @@ std::string differenceOf(const ToolPath& path, std::vector<JudgedMove> moves) {
 class GcodeJudge : public testing::Test {
  protected:
   void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "t4d-judge-XXXXXX").string();
-    folder_ = mkdtemp(name.data());
-    write("judge.ini",
-          "[RS274NGC]\nPARAMETER_FILE = judge.var\nSUBROUTINE_PATH = .\n[EMCIO]\nTOOL_TABLE = "
-          "judge.tbl\n");
+    folder_.write("judge.ini",
+                  "[RS274NGC]\nPARAMETER_FILE = judge.var\nSUBROUTINE_PATH = .\n[EMCIO]\n"
+                  "TOOL_TABLE = judge.tbl\n");
     setParameters({}, Point3::Zero());
     setLengths({});
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  void write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name) << text;
   }
 
   /// Its units are inches, unless a machine says otherwise.
@@ -216,7 +209,7 @@ class GcodeJudge : public testing::Test {
       const double length = found == lengths.end() ? 0 : found->second;
       table += fmt::format("T{0} P{0} Z{1:.6f}\n", tool, length / kMmPerInch);
     }
-    write("judge.tbl", table);
+    folder_.write("judge.tbl", table);
   }
 
   void setParameters(const std::map<int, Point3>& offsets, const Point3& machineZero) const {
@@ -237,7 +230,7 @@ class GcodeJudge : public testing::Test {
     }
     std::string text;
     for (const auto& [number, value] : values) text += fmt::format("{}\t{:.6f}\n", number, value);
-    write("judge.var", text);
+    folder_.write("judge.var", text);
   }
 
   /// What it prints, and whether it finds nothing wrong. It keeps its tools in a file of the home
@@ -246,15 +239,14 @@ class GcodeJudge : public testing::Test {
     const std::string command = fmt::format(
         "cd '{0}' && HOME='{0}' LD_LIBRARY_PATH='{1}/usr/lib' timeout 60 '{1}/usr/bin/rs274' -g "
         "-i judge.ini -t judge.tbl -v judge.var '{2}' > out.txt 2>&1 < /dev/null",
-        folder_.string(), T4D_LINUXCNC, program.string());
+        folder_.path().string(), T4D_LINUXCNC, program.string());
     const int code = std::system(command.c_str());
-    std::ifstream in(folder_ / "out.txt");
-    std::string text{std::istreambuf_iterator<char>(in), {}};
+    std::string text = system::contents(folder_ / "out.txt");
     const bool ends = text.find("PROGRAM_END()") != std::string::npos;
     return {code == 0 && ends, std::move(text)};
   }
 
-  fs::path folder_;
+  system::TestFolder folder_;
 };
 
 TEST_F(GcodeJudge, OurProgramsMoveAsLinuxCncMovesThem) {
@@ -275,7 +267,7 @@ TEST_F(GcodeJudge, OurProgramsMoveAsLinuxCncMovesThem) {
         options.offsets.contains(530) ? options.offsets.at(530) : Point3::Zero().eval();
     setParameters(options.offsets, machineZero);
     setLengths(program.lengths);
-    write("program.ngc", program.text);
+    folder_.write("program.ngc", program.text);
     const auto [good, text] = judge("program.ngc");
     EXPECT_TRUE(good) << text;
     CanonReader canon(machineZero, program.lengths);
@@ -293,9 +285,7 @@ TEST_F(GcodeJudge, ItsOwnExamplesMoveAsItMovesThem) {
        fs::directory_iterator(fs::path(T4D_LINUXCNC) / "usr/share/linuxcnc/ncfiles")) {
     if (entry.path().extension() != ".ngc") continue;
     SCOPED_TRACE(entry.path().filename());
-    std::ifstream in(entry.path());
-    const std::string example{std::istreambuf_iterator<char>(in), {}};
-    const std::string program = "G53 G0 X0 Y0 Z0\n" + example;
+    const std::string program = "G53 G0 X0 Y0 Z0\n" + system::contents(entry.path());
     ToolPathOptions options{.tolerance = 1e-5};
     options.offsets = {{530, Point3::Zero()}, {540, Point3::Zero()}};
     auto path = readGcode(InputFile{"example", program}, options);
@@ -304,7 +294,7 @@ TEST_F(GcodeJudge, ItsOwnExamplesMoveAsItMovesThem) {
       std::iota(options.tools->begin(), options.tools->end(), 1);
       path = readGcode(InputFile{"example", "T1 M6 " + program}, options);
     }
-    write("program.ngc", program);
+    folder_.write("program.ngc", program);
     const auto [good, text] = judge("program.ngc");
     if (!path) {
       // Either refuses, or it is one of the words that docs/mill.md says are not read.

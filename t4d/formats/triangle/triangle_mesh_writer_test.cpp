@@ -62,7 +62,7 @@ TEST(TriangleMeshWriter, JoinsSeveralMeshes) {
     EXPECT_EQ(loaded.mesh.vertices.size(), 8u) << file;
     EXPECT_NEAR(model::signedVolume(loaded.mesh), volume, 1e-5 * std::abs(volume)) << file;
   }
-  EXPECT_NE(fileContents(temporaryPath("a.obj")).find("\no two lines\nv "), std::string::npos);
+  EXPECT_NE(system::contents(temporaryPath("a.obj")).find("\no two lines\nv "), std::string::npos);
 }
 
 TEST(TriangleMeshWriter, WritesMeshesWithoutTriangles) {
@@ -91,7 +91,7 @@ TEST(TriangleMeshWriter, PlyKeepsAttributesThatAllMeshesHave) {
                 "vertex attribute 'short': its rows do not fit the mesh",
                 "triangle attribute 'key': PLY has no 64-bit integers, and some are not exact "
                 "in a double"}));
-  const std::string bytes = fileContents(path);
+  const std::string bytes = system::contents(path);
   const std::string declared =
       "property double z\nproperty float heat_flux\nelement face 4\nproperty list uchar int "
       "vertex_indices\nproperty double source\nend_header\n";
@@ -113,7 +113,7 @@ TEST(TriangleMeshWriter, NamesTheDirectionsOfVelocities) {
   const auto has = [&](const char* name, std::string_view part) {
     const auto path = temporaryPath(name);
     EXPECT_TRUE(writeTriangleMeshes(path, {&named, 1}, {.attributes = true}));
-    return fileContents(path).find(part) != std::string::npos;
+    return system::contents(path).find(part) != std::string::npos;
   };
   EXPECT_TRUE(has("a.ply",
                   "property double velocity_x\nproperty double velocity_y\n"

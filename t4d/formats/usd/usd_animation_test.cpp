@@ -327,7 +327,7 @@ TEST(UsdPackage, DamagedOnesAreRefused) {
       "uniform token[] xformOpOrder = [\"xformOp:translate\"]\n");
   NamedMesh named{"box", readBytes("cube.usda", cube).mesh};
   ASSERT_TRUE(writeTriangleMeshes(path, std::vector{named}));
-  const std::string bytes = fileContents(path);
+  const std::string bytes = system::contents(path);
   for (std::size_t length = 1; length < bytes.size(); ++length) {
     if (length > 200 && length + 200 < bytes.size()) continue;
     EXPECT_NE(errorOf("cut.usdz", bytes.substr(0, length)), "(was accepted)") << length;

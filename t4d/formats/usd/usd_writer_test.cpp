@@ -44,7 +44,7 @@ TEST(UsdWriter, WritesWhatTheReaderReads) {
 TEST(UsdWriter, StoresAPackageAtAMultipleOf64) {
   const auto path = temporaryPath("package.usdz");
   ASSERT_TRUE(writeTriangleMeshes(path, std::vector{usdBox(1)}));
-  const std::string bytes = fileContents(path);
+  const std::string bytes = system::contents(path);
   EXPECT_EQ(bytes.find("#usda") % 64, 0U);
   EXPECT_EQ(bytes.substr(0, 4), "PK\x03\x04");
   EXPECT_EQ(loadNumber<std::uint16_t>(bytes.data() + 8), 0) << "stored";
@@ -54,7 +54,7 @@ TEST(UsdWriter, KeepsNamesThatAreNotAllowedAsDisplayNames) {
   const auto path = temporaryPath("names.usda");
   const std::vector meshes = {usdBox(1, "a b"), usdBox(1, "a_b"), usdBox(1, "7\"")};
   ASSERT_TRUE(writeTriangleMeshes(path, meshes));
-  const std::string text = fileContents(path);
+  const std::string text = system::contents(path);
   EXPECT_NE(text.find("def Mesh \"a_b\" (\n        displayName = \"a b\""), text.npos);
   EXPECT_NE(text.find("def Mesh \"a_b_1\" (\n        displayName = \"a_b\""), text.npos);
   EXPECT_NE(text.find("def Mesh \"_7_\" (\n        displayName = \"7\\\"\""), text.npos);
@@ -66,7 +66,7 @@ TEST(UsdWriter, SaysUnitsAxesAndOrigin) {
   options.placement = {0.001, true, R"({"length_unit": "mm"})"};
   options.center = {1, 2, 3};
   ASSERT_TRUE(writeTriangleMeshes(path, std::vector{usdBox(1)}, options));
-  const std::string text = fileContents(path);
+  const std::string text = system::contents(path);
   for (const char* part :
        {"metersPerUnit = 0.001\n", "upAxis = \"Z\"\n", "string \"length_unit\" = \"mm\"\n",
         "double3 xformOp:translate = (1,2,3)\n"}) {
@@ -99,7 +99,7 @@ TEST(UsdWriter, WritesAttributesAsPrimvars) {
   const auto lost = writeTriangleMeshes(path, std::vector{named}, {.attributes = true});
   ASSERT_TRUE(lost) << lost.error().text();
   EXPECT_TRUE(lost->empty());
-  const std::string text = fileContents(path);
+  const std::string text = system::contents(path);
   for (const char* part :
        {"double[] primvars:height = [0.1,0.1,0.1,0.1,1.1,1.1,1.1,1.1] (\n"
         "            interpolation = \"vertex\"\n",
@@ -109,7 +109,7 @@ TEST(UsdWriter, WritesAttributesAsPrimvars) {
     EXPECT_NE(text.find(part), text.npos) << part << "\n" << text;
   }
   ASSERT_TRUE(writeTriangleMeshes(path, std::vector{named}));
-  const std::string plain = fileContents(path);
+  const std::string plain = system::contents(path);
   EXPECT_EQ(plain.find("velocities"), plain.npos);
   EXPECT_EQ(plain.find("primvars:"), plain.npos);
 }
@@ -122,7 +122,7 @@ TEST(UsdWriter, WritesWhatStaysOnce) {
     ASSERT_TRUE(writer->add(width, std::vector{usdBox(width)}));
   }
   ASSERT_TRUE(writer->finish());
-  const std::string text = fileContents(path);
+  const std::string text = system::contents(path);
   EXPECT_NE(text.find("int[] faceVertexIndices = ["), text.npos);
   // Players would move points from 0 to 3: they stay until 2.
   const std::size_t points = text.find("points.timeSamples");
@@ -142,7 +142,7 @@ TEST(UsdWriter, HoldsPointsWhereOthersTakeTheirNumbers) {
   std::swap(other.mesh.triangles[0], other.mesh.triangles[1]);
   ASSERT_TRUE(writer->add(1, std::vector{other}));
   ASSERT_TRUE(writer->finish());
-  const std::string text = fileContents(path);
+  const std::string text = system::contents(path);
   const std::size_t points = text.find("points.timeSamples");
   EXPECT_NE(text.find("0.9999999999999999: [(0,0,0),(1,0,0)", points), text.npos);
   EXPECT_EQ(countOf(text, "0.9999999999999999: "), 2U) << "of points and extent";
@@ -156,7 +156,7 @@ TEST(UsdWriter, HidesWhatIsNotThere) {
   ASSERT_TRUE(writer->add(1, std::vector{usdBox(1, "first"), usdBox(2, "second")}));
   ASSERT_TRUE(writer->add(2, std::vector{NamedMesh{"first", {}}, usdBox(2, "second")}));
   ASSERT_TRUE(writer->finish());
-  const std::string text = fileContents(path);
+  const std::string text = system::contents(path);
   EXPECT_NE(text.find("token visibility.timeSamples = {\n            0: \"inherited\",\n"
                       "            2: \"invisible\",\n"),
             text.npos);

@@ -12,7 +12,7 @@
 #include <gtest/gtest.h>
 
 #include "t4d/model/transformed.h"
-#include "t4d/voxel4d/test_files.h"
+#include "t4d/system/test_folder.h"
 #include "t4d/voxel4d/volumes/volume_frames.h"
 #include "t4d/voxel4d/volumes/volume_samples.h"
 #include "t4d/voxel4d/weave.h"
@@ -123,7 +123,7 @@ IndexRange rangeOf(const Extent& extent) {
 }
 
 TEST(RegionOfAVolume, IsTheVolumeCroppedWithItsOriginMoved) {
-  const TestFolder folder;
+  const system::TestFolder folder;
   std::mt19937 random(11);
   const auto upTo = [&](std::uint64_t most) {
     return std::uniform_int_distribution<std::uint64_t>(0, most)(random);
@@ -173,7 +173,7 @@ TEST(RegionOfAVolume, IsTheVolumeCroppedWithItsOriginMoved) {
 }
 
 TEST(RegionOfAVolume, IsTheSameInEveryFormat) {
-  const TestFolder folder;
+  const system::TestFolder folder;
   for (const auto& [name, bytes] : volumeSamples()) write(folder / name, bytes);
   VolumeOptions options{.frameTime = 0.25, .spacing = {{0.5, 0.5, 0.5}}, .origin = {{-1, 2, 0.25}}};
   options.region = Region{{{{1, 4}, {{}, 3}, {2, 5}}}, {}};
@@ -201,7 +201,7 @@ TEST(RegionOfAVolume, IsTheSameInEveryFormat) {
 }
 
 TEST(RegionOfAVolume, OfSeveralFilesTakesSomeAtTheirTimes) {
-  const TestFolder folder;
+  const system::TestFolder folder;
   std::vector<fs::path> files;
   const Coding coding{.axes = "txyz"};
   for (std::uint64_t t = 0; t < 6; ++t) {
@@ -229,7 +229,7 @@ TEST(RegionOfAVolume, OfSeveralFilesTakesSomeAtTheirTimes) {
 }
 
 TEST(RegionOfAVolume, IsAllThatIsReadOfIt) {
-  const TestFolder folder;
+  const system::TestFolder folder;
   // 64 GiB, of which nothing is on the disk but two blocks.
   constexpr std::uint64_t kSide = 3250;
   const std::string head = fmt::format("raw uint8 {0} {0} {0} 2\n", kSide);
@@ -258,7 +258,7 @@ TEST(RegionOfAVolume, IsAllThatIsReadOfIt) {
 }
 
 TEST(RegionOfAVolume, SaysWhichSidesTheSolidReaches) {
-  const TestFolder folder;
+  const system::TestFolder folder;
   write(folder / "a.nrrd", nrrd({{{0, 13}, {0, 9}, {0, 11}, {0, 5}}}, {}));
   VolumeOptions options{.iso = 49.5};
   const auto noticeWith = [&](const std::string& region) {
@@ -273,7 +273,7 @@ TEST(RegionOfAVolume, SaysWhichSidesTheSolidReaches) {
 }
 
 TEST(RegionOfAVolume, SaysWhatIsWrong) {
-  const TestFolder folder;
+  const system::TestFolder folder;
   write(folder / "a.nrrd", nrrd({{{0, 13}, {0, 9}, {0, 11}, {0, 5}}}, {}));
   write(folder / "one.nrrd", nrrd({{{0, 13}, {0, 9}, {0, 11}, {0, 1}}}, {.axes = "txyz"}));
   const auto faultOf = [&](const std::string& region, const std::string& name = "a.nrrd") {

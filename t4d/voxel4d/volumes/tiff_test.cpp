@@ -9,8 +9,8 @@
 #include <gtest/gtest.h>
 #include <tiffio.h>
 
+#include "t4d/system/test_folder.h"
 #include "t4d/voxel4d/sample_box.h"
-#include "t4d/voxel4d/test_files.h"
 #include "t4d/voxel4d/volumes/volume_frames.h"
 
 /// TIFFs as ImageJ, OME and tifffile write them, by libtiff's writer.
@@ -172,7 +172,7 @@ class Tiff : public testing::Test {
     }
     return "(was read)";
   }
-  TestFolder folder_;
+  system::TestFolder folder_;
 };
 
 std::string imageJ(std::uint64_t slices, std::uint64_t frames, std::uint64_t channels) {
@@ -224,11 +224,7 @@ TEST_F(Tiff, OfImageJHasSpacingTimeAndChannels) {
 TEST_F(Tiff, OfImageJLargerThan4GiBHasItsPlanesAfterItsOnlyPage) {
   write(folder_ / "a.tif", {Plane{}}, imageJ(kSlices, kFrames, 1), {"wb", 16});
   // The samples of the page are those of the first plane; here they follow the directory.
-  std::string bytes;
-  {
-    std::ifstream in(folder_ / "a.tif", std::ios::binary);
-    bytes.assign(std::istreambuf_iterator<char>(in), {});
-  }
+  std::string bytes = system::contents(folder_ / "a.tif");
   // libtiff puts the page's data first, at byte 8: the rest is put behind them.
   const std::size_t plane = std::size_t{2} * kWidth * kHeight;
   std::string planes;
@@ -357,11 +353,7 @@ TEST_F(Tiff, WhatIsDamagedOrOfAnotherKindIsRefused) {
   // Cut anywhere, and with any byte changed.
   write(folder_ / "whole.tif", planesBy("tz"), imageJ(kSlices, kFrames, 1),
         {.compression = COMPRESSION_LZW});
-  std::string whole;
-  {
-    std::ifstream in(folder_ / "whole.tif", std::ios::binary);
-    whole.assign(std::istreambuf_iterator<char>(in), {});
-  }
+  const std::string whole = system::contents(folder_ / "whole.tif");
   for (std::size_t end = 1; end < whole.size(); end += 41) {
     std::ofstream(folder_ / "cut.tif", std::ios::binary) << whole.substr(0, end);
     EXPECT_NE(faultOf("cut.tif"), "(was read)") << end;

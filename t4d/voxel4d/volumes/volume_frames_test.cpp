@@ -17,8 +17,8 @@
 
 #include "t4d/measure/mesh_check.h"
 #include "t4d/model/transformed.h"
+#include "t4d/system/test_folder.h"
 #include "t4d/voxel4d/array_frames.h"
-#include "t4d/voxel4d/test_files.h"
 #include "t4d/voxel4d/volumes/volume_samples.h"
 #include "t4d/voxel4d/weave.h"
 
@@ -89,7 +89,7 @@ class VolumeFiles : public testing::Test {
     for (const auto& [name, bytes] : files_) writeFile(folder_ / name, bytes);
   }
   std::map<std::string, std::string> files_ = volumeSamples();
-  TestFolder folder_;
+  system::TestFolder folder_;
 };
 
 TEST_F(VolumeFiles, FramesWhoseTimesAreInTheMiddleAreSortedWhateverTheirSize) {

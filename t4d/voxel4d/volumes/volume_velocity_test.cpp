@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "t4d/system/test_folder.h"
 #include "t4d/voxel4d/advected_frames.h"
 
 namespace t4d::voxel4d {
@@ -20,11 +21,6 @@ constexpr int kSize = 32;
 /// A file of floats for two frames along axes t, z, y, x.
 class VolumeVelocities : public testing::Test {
  protected:
-  VolumeVelocities() : folder_(fs::path(testing::TempDir()) / "t4d-velocities") {
-    fs::create_directories(folder_);
-  }
-  ~VolumeVelocities() override { fs::remove_all(folder_); }
-
   using ValueAt = std::function<double(const Point3& point, int frame)>;
 
   template <class Number = float>
@@ -81,7 +77,7 @@ class VolumeVelocities : public testing::Test {
     return field ? Error{} : field.error();
   }
 
-  fs::path folder_;
+  system::TestFolder folder_;
 };
 
 TEST_F(VolumeVelocities, AreThoseOfSpaceInLatticePoints) {

@@ -19,7 +19,7 @@
 #include <zlib.h>
 #include <zstd.h>
 
-#include "t4d/voxel4d/test_files.h"
+#include "t4d/system/test_folder.h"
 #include "t4d/voxel4d/volumes/sample_reader.h"
 #include "t4d/voxel4d/volumes/zarr_codec.h"
 #include "t4d/voxel4d/volumes/zarr_samples.h"
@@ -205,7 +205,7 @@ TEST(Zarr, FramesAreThoseOfTheArray) {
 }
 
 TEST(Zarr, FoldersAndServersHoldTheSame) {
-  const TestFolder folder;
+  const system::TestFolder folder;
   const Written array{{2, 5, 6, 7}, {2, 3, 4, 5}, true, "zstd", {"0.1.0.1"}};
   const fs::path path = folder.path() / "a.zarr";
   fs::create_directory(path);

@@ -20,7 +20,7 @@ using testing::StartsWith;
 class ConformReader : public InFolder {
  protected:
   system::ProgramRun shell(const std::string& script) {
-    const std::string there = "cd '" + folder_.string() + "'; ";
+    const std::string there = "cd '" + folder_.path().string() + "'; ";
     const auto run = system::runProgram({"/bin/sh", "-c", there + script}, {.limit = 600});
     EXPECT_TRUE(run) << run.error().text();
     return run.value_or(system::ProgramRun{});

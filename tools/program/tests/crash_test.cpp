@@ -48,8 +48,8 @@ class Crash : public InFolder {
 
   /// Starts a program in the folder. `before` is a line of a shell script, run in the same process.
   system::ChildProcess start(const Words& words, const std::string& before = {}) const {
-    Words all = {"/bin/sh", "-c", "cd '" + folder_.string() + "'; " + before + " exec \"$@\"",
-                 "sh"};
+    Words all = {"/bin/sh", "-c",
+                 "cd '" + folder_.path().string() + "'; " + before + " exec \"$@\"", "sh"};
     all.insert(all.end(), words.begin(), words.end());
     auto child = system::ChildProcess::start(all, {});
     if (!child) throw std::runtime_error(child.error().text());

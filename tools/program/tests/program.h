@@ -25,7 +25,7 @@ class Program : public InFolder {
     EXPECT_NE(done.err.find(expected), std::string::npos) << done.err;
     EXPECT_FALSE(fs::exists(folder_ / "out.t4d"));
     EXPECT_FALSE(fs::exists(folder_ / "out.glb"));
-    for (const auto& entry : fs::directory_iterator(folder_)) {
+    for (const auto& entry : fs::directory_iterator(folder_.path())) {
       EXPECT_EQ(entry.path().string().find(".part"), std::string::npos) << entry.path();
     }
   }

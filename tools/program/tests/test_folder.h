@@ -2,16 +2,13 @@
 
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 
-#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 #include <sys/wait.h>
-#include <unistd.h>
 
+#include "t4d/system/test_folder.h"
 #include "tests/paths.h"
 
 /// Shared by the tests of this folder, which run the program as its users do.
@@ -19,13 +16,9 @@ namespace t4d::tools {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+using system::contents;
 
 /// The bytes of a file; none if it cannot be read.
-inline std::string contents(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 /// Copies the generated inputs, those that t4d-fixtures writes, into a new folder.
 inline void copyFixtures(const fs::path& folder) {
   fs::copy(T4D_FIXTURES, folder, fs::copy_options::recursive);
@@ -42,15 +35,6 @@ struct Finished {
 /// A test with an empty folder of its own, in which the program runs.
 class InFolder : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::canonical(testing::TempDir()) /
-              fmt::format("t4d_{}_{}_{}", info->test_suite_name(), info->name(), ::getpid());
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   /// The arguments are words of a shell, which expands patterns and redirects.
   Finished run(const std::string& arguments) const {
     const int exitCode =
@@ -61,14 +45,14 @@ class InFolder : public testing::Test {
   /// Runs a shell script in which "$t4d" is the program. Returns the exit code, or -signal if
   /// killed.
   int shell(const std::string& script) const {
-    const std::string command = "cd " + folder_.string() + " && t4d=" T4D_PROGRAM " && " + script;
+    const std::string command =
+        "cd " + folder_.path().string() + " && t4d=" T4D_PROGRAM " && " + script;
     const int status = std::system(command.c_str());
     return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
   }
 
   fs::path write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name, std::ios::binary) << text;
-    return folder_ / name;
+    return folder_.write(name, text);
   }
 
   /// Writes a program for /bin/sh. Returns the command that runs it.
@@ -77,7 +61,7 @@ class InFolder : public testing::Test {
     return "./" + name;
   }
 
-  fs::path folder_;
+  system::TestFolder folder_;
 };
 
 }  // namespace t4d::tools

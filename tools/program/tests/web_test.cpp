@@ -1,11 +1,12 @@
 #include <fstream>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <gmock/gmock.h>
-#include <unistd.h>
 
 #include "t4d/system/child_process.h"
+#include "t4d/system/test_folder.h"
 #include "tests/web_server.h"
 #include "tools/program/tests/test_folder.h"
 
@@ -15,6 +16,7 @@ namespace t4d::tools {
 namespace {
 
 using formats::WebServer;
+using testing::Each;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -36,8 +38,7 @@ class Web : public testing::Test {
  protected:
   /// The bolt, and a woven torus with slabs of several hundred kB.
   static void SetUpTestSuite() {
-    folder_ = fs::path(testing::TempDir()) / ("t4d_web_" + std::to_string(::getpid()));
-    fs::create_directories(folder_);
+    folder_.emplace();
     copyFixtures(at("fx"));
     const auto made = [](const std::string& solid, const std::string& motion,
                          const std::string& name, std::vector<std::string> more) {
@@ -51,9 +52,9 @@ class Web : public testing::Test {
     made("torus", "several-segments", "torus.t4d",
          {"--backend", "voxel4d", "--voxel-size", "0.5", "--frames", "30"});
   }
-  static void TearDownTestSuite() { fs::remove_all(folder_); }
+  static void TearDownTestSuite() { folder_.reset(); }
 
-  static std::string at(const std::string& name) { return (folder_ / name).string(); }
+  static std::string at(const std::string& name) { return (*folder_ / name).string(); }
 
   /// Cuts the local file and the one of the server: the same bytes and numbers. Returns what
   /// --json says of the latter.
@@ -82,9 +83,7 @@ class Web : public testing::Test {
     EXPECT_EQ(run.code, 4) << url << run.message;
     EXPECT_EQ(run.output, "");
     EXPECT_THAT(run.message, HasSubstr(expected)) << url;
-    for (const auto& entry : fs::directory_iterator(folder_)) {
-      EXPECT_THAT(entry.path().filename().string(), Not(HasSubstr("none"))) << url;
-    }
+    EXPECT_THAT(folder_->names(), Each(Not(HasSubstr("none")))) << url;
     return run.message;
   }
 
@@ -95,8 +94,8 @@ class Web : public testing::Test {
     EXPECT_THAT(fails(url, expected), HasSubstr("t4d: " + url + ": "));
   }
 
-  static inline fs::path folder_;
-  WebServer server_{folder_};
+  static inline std::optional<system::TestFolder> folder_;
+  WebServer server_{folder_->path()};
 };
 
 TEST_F(Web, ASliceAtATimeTakesThreeRequestsAtMost) {
