@@ -2,9 +2,8 @@
 
 #include "t4d/model/geometry.h"
 
-/// Signs of determinants, exact for any coordinates: in double precision with a bound on the
-/// rounding, and where that does not decide, by sums of doubles without rounding (Shewchuk 1997).
-/// Coordinates that differ in magnitude by a factor of more than 2^200 may be taken as equal.
+/// Signs of determinants, exact for all finite coordinates: in double precision with a bound on the
+/// rounding (Shewchuk 1997), and where that does not decide, by an ExactSum.
 namespace t4d::measure {
 
 using Point2 = Eigen::Vector2d;

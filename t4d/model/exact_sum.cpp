@@ -1,5 +1,6 @@
 #include "t4d/model/exact_sum.h"
 
+#include <algorithm>
 #include <bit>
 #include <cassert>
 #include <cmath>
@@ -116,6 +117,8 @@ void ExactSum::addProduct(std::span<const double> factors, bool subtract) {
   const int shift = exponent - kLowestExponent;
   auto at = static_cast<std::size_t>(shift / kDigitBits);
   const int within = shift % kDigitBits;
+  lowest_ = std::min(lowest_, at);
+  end_ = std::max(end_, at + 2 * product.size());
   // 31 + 4 * 53 bits at most, so that nothing is left after the last word.
   UInt128 pending = 0;
   for (const std::uint64_t part : product) {
@@ -150,17 +153,20 @@ void ExactSum::carry() {
   }
   digits_.back() += over;
   added_ = 0;
+  lowest_ = 0;
+  end_ = kDigits;
 }
 
 int ExactSum::sign() const {
   if (!finite_) return 0;
-  ExactSum carried = *this;
-  carried.carry();
-  if (carried.digits_.back() < 0) return -1;
-  for (const std::int64_t digit : carried.digits_) {
-    if (digit != 0) return 1;
+  std::int64_t over = 0;
+  bool isZero = true;
+  for (std::size_t i = lowest_; i < end_; ++i) {
+    over += digits_[i];
+    isZero = isZero && (over & kDigitMask) == 0;
+    over >>= kDigitBits;
   }
-  return 0;
+  return over < 0 ? -1 : over > 0 || !isZero ? 1 : 0;
 }
 
 double ExactSum::dividedBy(double divisor) const {

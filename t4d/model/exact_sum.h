@@ -57,6 +57,8 @@ class ExactSum {
   static constexpr int kLowestExponent = 4 * -1074;
   static constexpr std::size_t kDigits = (4 * (1074 + 1024) + 64) / 32 + 2;
   std::array<std::int64_t, kDigits> digits_{};
+  std::size_t lowest_ = kDigits;  // all digits before it are 0, as are those from end_ on
+  std::size_t end_ = 0;
   std::uint32_t added_ = 0;  // summands since the last carry
   bool finite_ = true;
 };
