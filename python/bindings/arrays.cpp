@@ -71,7 +71,7 @@ model::Attribute attributeOf(const std::string& name, model::Domain domain, cons
                              std::size_t rows) {
   if (array.ndim() < 1 || array.ndim() > 2 || static_cast<std::size_t>(array.shape(0)) != rows) {
     throw py::value_error(
-        fmt::format("attribute '{}' has the shape {}; expected is ({},) or ({}, components)", name,
+        fmt::format("attribute '{}' has the shape {}; expected ({},) or ({}, components)", name,
                     shapeText(array), rows, rows));
   }
   for (const model::ScalarType type : kScalarTypes) {
@@ -93,7 +93,7 @@ model::Attribute attributeOf(const std::string& name, model::Domain domain, cons
 std::vector<model::Point3> pointsOf(const py::array& array, const std::string& what) {
   if (array.ndim() != 2 || array.shape(1) != 3) {
     throw py::value_error(
-        fmt::format("{} have the shape {}; expected is (n, 3)", what, shapeText(array)));
+        fmt::format("{} have the shape {}; expected (n, 3)", what, shapeText(array)));
   }
   const py::array_t<double, py::array::c_style | py::array::forcecast> packed(array);
   std::vector<model::Point3> points(static_cast<std::size_t>(packed.shape(0)));
@@ -102,7 +102,7 @@ std::vector<model::Point3> pointsOf(const py::array& array, const std::string& w
     model::Point3& point = points[static_cast<std::size_t>(i)];
     point = {rows(i, 0), rows(i, 1), rows(i, 2)};
     if (!point.allFinite()) {
-      throw py::value_error(fmt::format("{}[{}] is ({}, {}, {}); expected are finite numbers", what,
+      throw py::value_error(fmt::format("{}[{}] is ({}, {}, {}); expected finite numbers", what,
                                         i, point[0], point[1], point[2]));
     }
   }
@@ -122,7 +122,7 @@ std::vector<model::Triangle> trianglesFrom(const py::array& array, std::size_t v
       if (std::cmp_less(index, 0) || std::cmp_greater_equal(index, vertexCount) ||
           std::cmp_greater(index, std::numeric_limits<std::uint32_t>::max())) {
         throw py::value_error(fmt::format(
-            "triangles[{}][{}] is {}; expected is the index of one of {} vert{}, from 0", i, k,
+            "triangles[{}][{}] is {}; expected the index of one of {} vert{}, from 0", i, k,
             index, vertexCount, vertexCount == 1 ? "ex" : "ices"));
       }
       triangles[static_cast<std::size_t>(i)][static_cast<std::size_t>(k)] =
@@ -137,7 +137,7 @@ std::vector<model::Triangle> trianglesFrom(const py::array& array, std::size_t v
 std::vector<model::Triangle> trianglesOf(const py::array& array, std::size_t vertexCount) {
   if (array.ndim() != 2 || array.shape(1) != 3) {
     throw py::value_error(
-        fmt::format("triangles have the shape {}; expected is (m, 3)", shapeText(array)));
+        fmt::format("triangles have the shape {}; expected (m, 3)", shapeText(array)));
   }
   const char kind = array.dtype().kind();
   if (kind == 'i') return trianglesFrom<std::int64_t>(array, vertexCount);

@@ -78,7 +78,7 @@ Result<voxel4d::Frame> FrameIterator::frameOf(const py::object& given, std::size
   if (!stay_ || repeats()) array = py::array(given.attr("copy")());
   const std::vector<py::ssize_t> shape(array.shape(), array.shape() + array.ndim());
   if (shape.size() != 3) {
-    return invalid(fmt::format("the array has the shape ({}); expected is (nx, ny, nz)",
+    return invalid(fmt::format("the array has the shape ({}); expected (nx, ny, nz)",
                                fmt::join(shape, ", ")),
                    where);
   }
@@ -91,7 +91,7 @@ Result<voxel4d::Frame> FrameIterator::frameOf(const py::object& given, std::size
   auto made = [&]() -> Result<voxel4d::Frame> {
     const auto type = sampleTypeOf(array.dtype());
     const std::string typeName = py::str(py::object(array.dtype()));
-    if (!type) return invalid(fmt::format("the array is of {}; expected are numbers", typeName));
+    if (!type) return invalid(fmt::format("the array is of {}; expected numbers", typeName));
     const auto rule = voxel4d::arrayRule(*type, typeName, inside_.iso, inside_.label);
     if (!rule) return rule.error();
     voxel4d::SampleBox box{*type, static_cast<const std::byte*>(array.data()), {}, {}};

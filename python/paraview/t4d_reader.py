@@ -201,7 +201,7 @@ class Reader(VTKPythonAlgorithmBase):
     def SetSliceBy(self, what):
         """One of SLICED_BY; by nothing, the output is the 4D mesh."""
         if what not in SLICED_BY:
-            raise ValueError(f"slice by {what!r}: expected is one of {', '.join(SLICED_BY)}")
+            raise ValueError(f"slice by {what!r}: expected one of {', '.join(SLICED_BY)}")
         self._set("_slice_by", what)
 
     def SetValue(self, value):

@@ -10,7 +10,9 @@
 can do. Lengths and times are in the units of the mesh.
 """
 
+import importlib
 import os
+from typing import Any
 
 from t4d import _t4d
 from t4d.ending import at_end
@@ -21,6 +23,14 @@ from t4d.questions import collide, envelope, mend, resolve
 from t4d.triangles import TriangleMesh, read_triangles
 
 __version__ = _t4d.version
+
+
+def __getattr__(name: str) -> Any:
+    """``t4d.verbs`` and ``t4d.distributed`` are loaded when they are used."""
+    if name in ("distributed", "verbs"):
+        return importlib.import_module(f"t4d.{name}")
+    raise AttributeError(f"module 't4d' has no attribute '{name}'")
+
 
 os.register_at_fork(after_in_child=_t4d.forget_work)
 at_end(_t4d.end_work)

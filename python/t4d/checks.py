@@ -17,7 +17,7 @@ Numbers = Iterable[SupportsFloat]
 
 def _says(option: str, value: Any, expected: str) -> str:
     text = repr(value)
-    return f"{option} is {text if len(text) <= 80 else text[:77] + '...'}; expected is {expected}"
+    return f"{option} is {text if len(text) <= 80 else text[:77] + '...'}; expected {expected}"
 
 
 def number(
@@ -114,7 +114,7 @@ def array(what: str, values: ArrayLike) -> NDArray[Any]:
         except (TypeError, ValueError):
             pass
     if found.dtype.kind not in "biuf":
-        raise TypeError(f"{what}: the array is of {found.dtype}; expected are real numbers")
+        raise TypeError(f"{what}: the array is of {found.dtype}; expected real numbers")
     return found
 
 
@@ -123,7 +123,7 @@ def indices(what: str, values: ArrayLike) -> NDArray[Any]:
     found = np.asarray(values)
     if found.dtype.kind in "bfO":
         raise TypeError(
-            f"{what}: the array is of {found.dtype}; expected are whole numbers: convert it with "
+            f"{what}: the array is of {found.dtype}; expected whole numbers: convert it with "
             ".astype(np.uint32)"
         )
     return array(what, values)

@@ -663,9 +663,9 @@ def _place(
         raise TypeError("affine takes the place of spacing and origin")
     given = checks.array("affine", affine).astype(np.float64)
     if given.shape not in ((3, 4), (4, 4)) or not np.all(np.isfinite(given)):
-        raise ValueError(f"affine has the shape {given.shape}; expected are 3 x 4 or 4 x 4 numbers")
+        raise ValueError(f"affine has the shape {given.shape}; expected 3 x 4 or 4 x 4 numbers")
     if len(given) == 4 and not np.array_equal(given[3], (0, 0, 0, 1)):
-        raise ValueError(f"the last row of affine is {given[3]}; expected is 0 0 0 1")
+        raise ValueError(f"the last row of affine is {given[3]}; expected 0 0 0 1")
     size = np.linalg.norm(given[:3, :3], axis=0)
     if not abs(np.linalg.det(given[:3, :3])) > 1e-9 * np.prod(size):
         raise ValueError("affine maps voxels to something flat")
@@ -680,7 +680,7 @@ def _units(units: Any, length_unit: str, time_unit: str) -> Tuple[str, str]:
     if units is not None:
         found = (units, "") if isinstance(units, str) else tuple(units)
         if len(found) != 2:
-            raise ValueError(f"units is {units!r}; expected is a unit of length, or one and one of time")
+            raise ValueError(f"units is {units!r}; expected a unit of length, or one and one of time")
     return checks.text("length_unit", found[0]), checks.text("time_unit", found[1])
 
 
@@ -730,11 +730,11 @@ def weave(
     if _is_array(frames):
         if len(frames.shape) != 4:
             raise InvalidInput(
-                f"the frames have the shape {frames.shape}; expected is (nt, nx, ny, nz)"
+                f"the frames have the shape {frames.shape}; expected (nt, nx, ny, nz)"
             )
     elif isinstance(frames, (str, bytes, os.PathLike)) or not hasattr(frames, "__iter__"):
         raise TypeError(
-            f"frames is {frames!r}; expected is an array (nt, nx, ny, nz), or arrays one by one"
+            f"frames is {frames!r}; expected an array (nt, nx, ny, nz), or arrays one by one"
         )
     count: Optional[int] = None
     if _is_array(frames):
@@ -793,6 +793,6 @@ def weave(
     if once:
         raise TypeError("an iterator gives its frames once: give one label, or an array")
     if not labels or len(set(labels)) < len(labels):
-        raise ValueError(f"label: {labels}; expected are different whole numbers")
+        raise ValueError(f"label: {labels}; expected different whole numbers")
     meshes = [woven(one, f"{name} {one}").load() for one in labels]
     return Mesh._of([mesh._bodies[0] for mesh in meshes], metadata=meshes[0]._metadata)

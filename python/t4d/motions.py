@@ -31,10 +31,10 @@ class Motion(Unchanging):
         if isinstance(given, Motion):
             self._motion = given._motion
         elif isinstance(given, Mapping):
-            self._motion = _t4d.parse_motion(json.dumps(_plain(given, "")))
+            self._motion = _t4d.parse_motion(json.dumps(plain(given, "")))
             self._warn()
         elif not isinstance(given, (str, bytes, os.PathLike)):
-            raise TypeError(f"the motion is {given!r}; expected is a dictionary or a file")
+            raise TypeError(f"the motion is {given!r}; expected a dictionary or a file")
         else:
             place = checks.path_text(given)
             with about(place):
@@ -68,7 +68,7 @@ class Motion(Unchanging):
         ):
             raise ValueError(
                 f"times {times.shape}, positions {positions.shape}, quaternions {quaternions.shape}: "
-                "expected are (n,), (n, 3) and (n, 4)"
+                "expected (n,), (n, 3) and (n, 4)"
             )
         return cls._of(_t4d.join_poses(times.tolist(), positions, quaternions))
 
@@ -77,7 +77,7 @@ class Motion(Unchanging):
         """Poses as 4 x 4 ``matrices`` (n, 4, 4), rotation and translation, at ``times`` (n,)."""
         matrices = _doubles("matrices", matrices)
         if matrices.ndim != 3 or matrices.shape[1:] != (4, 4):
-            raise ValueError(f"matrices have the shape {matrices.shape}; expected is (n, 4, 4)")
+            raise ValueError(f"matrices have the shape {matrices.shape}; expected (n, 4, 4)")
         rotations = matrices[:, :3, :3]
         defect = np.abs(rotations @ rotations.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
         wrong = (defect > 1e-6) | (np.linalg.det(rotations) < 0)
@@ -119,23 +119,23 @@ def _doubles(what: str, values: ArrayLike) -> NDArray[np.float64]:
     wrong = np.argwhere(~np.isfinite(found))
     if len(wrong):
         place = "".join(f"[{i}]" for i in wrong[0])
-        raise ValueError(f"{what}{place} is {found[tuple(wrong[0])]}; expected is a finite number")
+        raise ValueError(f"{what}{place} is {found[tuple(wrong[0])]}; expected a finite number")
     return found
 
 
-def _plain(given: Any, place: str) -> Any:
+def plain(given: Any, place: str) -> Any:
     """For JSON: numbers and arrays of numpy, and other mappings and sequences, become Python's."""
     if isinstance(given, (np.generic, np.ndarray)):
         given = checks.array(place, given).tolist()
     if isinstance(given, Mapping):
         return {
-            key: _plain(value, f"{place}.{key}" if place else str(key))
+            key: plain(value, f"{place}.{key}" if place else str(key))
             for key, value in given.items()
         }
     if isinstance(given, (list, tuple)):
-        return [_plain(value, f"{place}[{i}]") for i, value in enumerate(given)]
+        return [plain(value, f"{place}[{i}]") for i, value in enumerate(given)]
     if isinstance(given, float) and not math.isfinite(given):
-        raise ValueError(f"{place} is {given}; expected is a finite number")
+        raise ValueError(f"{place} is {given}; expected a finite number")
     if given is None or isinstance(given, (bool, int, float, str)):
         return given
     raise TypeError(f"{place} is {given!r}; a motion has numbers, texts, lists and dictionaries")

@@ -99,7 +99,7 @@ class TriangleMesh:
 
 def _attributes(given: Optional[Mapping[str, ArrayLike]]) -> Dict[str, NDArray[Any]]:
     if not isinstance(given, (Mapping, type(None))):
-        raise TypeError(f"the attributes are {given!r}; expected is a dictionary of arrays")
+        raise TypeError(f"the attributes are {given!r}; expected a dictionary of arrays")
     found = {
         checks.text("the name of an attribute", name): checks.array(f"attribute '{name}'", values)
         for name, values in (given or {}).items()

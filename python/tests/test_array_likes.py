@@ -95,7 +95,7 @@ def test_a_frame_is_read_at_a_time(labels, tmp_path):
     assert frames.asked == list(range(FRAMES))
     assert frames.most <= 2
     # An iterator of zarr 2 would take all 5 frames of a chunk at once.
-    with pytest.raises(t4d.InvalidInput, match=r"shape \(5, 20, 16\); expected is \(nt, nx, ny, nz\)"):
+    with pytest.raises(t4d.InvalidInput, match=r"shape \(5, 20, 16\); expected \(nt, nx, ny, nz\)"):
         t4d.weave(Recorder(labels[..., 0]), label=2)
     with pytest.raises(t4d.InvalidInput, match="4 times for 5 frames"):
         t4d.weave(frames, label=2, times=range(4))

@@ -233,7 +233,7 @@ def test_numbers_that_are_not_finite_are_named(cube):
             lambda: t4d.TriangleMesh(bad.astype(np.float32).tolist(), triangles),
             lambda: t4d.sweep(bad, triangles, SLIDE),
         ):
-            with pytest.raises(ValueError, match=named + "; expected are finite numbers"):
+            with pytest.raises(ValueError, match=named + "; expected finite numbers"):
                 use()
         with pytest.raises(ValueError, match=r"vertices\[1\]\[5\] is \("):
             t4d.sweep(np.stack([vertices, bad]), triangles, times=[0, 1])
@@ -480,7 +480,7 @@ def test_paths_are_text_bytes_or_path(cube, tmp_path, name):
 )
 def test_an_option_of_a_verb_that_needs_a_value_is_not_true(verb, option, needs):
     """Flags come as far as the program, which has no such file."""
-    error, message = (TypeError, f"^{option} is True; expected is a value") if needs else (t4d.VerbError, "")
+    error, message = (TypeError, f"^{option} is True; expected a value") if needs else (t4d.VerbError, "")
     with pytest.raises(error, match=message):
         getattr(verbs, verb)("missing.t4d", **{option: True})
 

@@ -223,8 +223,8 @@ def test_wrong_frames_are_named(tmp_path):
     good[1:3, 1:3, 1:3] = -1
     cases = [
         ([good, good[:3]], r"frame 1: the array has the shape \(3, 4, 4\), frame 0 \(4, 4, 4\)"),
-        ([good, good[0]], r"frame 1: the array has the shape \(4, 4\); expected is \(nx, ny, nz\)"),
-        ([good, good.astype(int)], "frame 1: the array is of int64; expected are floats"),
+        ([good, good[0]], r"frame 1: the array has the shape \(4, 4\); expected \(nx, ny, nz\)"),
+        ([good, good.astype(int)], "frame 1: the array is of int64; expected floats"),
         ([good, good * np.nan], r"frame 1: the value at \(0, 0, 0\) is nan"),
     ]
     for order in "CF":
@@ -331,7 +331,7 @@ def test_errors_say_where_and_why(models, tmp_path, cube):
     vertices, triangles = cube
     with pytest.raises(ValueError, match="shape"):
         t4d.TriangleMesh(vertices[:, :2], triangles)
-    with pytest.raises(ValueError, match=r"triangles\[0\]\[2\] is 99; expected is the index of one of 8 vertices"):
+    with pytest.raises(ValueError, match=r"triangles\[0\]\[2\] is 99; expected the index of one of 8 vertices"):
         t4d.TriangleMesh(vertices, [[0, 1, 99]])
     with pytest.raises(t4d.InvalidInput, match="closed|edge"):
         t4d.sweep(vertices, triangles[:-1], SCREW).load()

@@ -328,7 +328,7 @@ def test_before_there_is_a_file_nothing_is_said(no_message):
 
 
 def test_a_way_to_slice_that_is_none_is_refused():
-    with pytest.raises(ValueError, match="slice by 't': expected is one of time, x, y, z, hyperplane, nothing"):
+    with pytest.raises(ValueError, match="slice by 't': expected one of time, x, y, z, hyperplane, nothing"):
         t4d_reader.T4dReader().SetSliceBy("t")
 
 

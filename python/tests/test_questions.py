@@ -2,6 +2,8 @@
 
 import pickle
 import shutil
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -75,7 +77,7 @@ def test_outputs_are_paths_or_classes_of_meshes(models):
     assert made.slice(time=0).vertices.min(axis=0) == pytest.approx(
         t4d.read(models / "cube.t4d").slice(time=0).vertices.min(axis=0) + [1, 2, 3]
     )
-    with pytest.raises(TypeError, match="expected is a path, t4d.Mesh or t4d.TriangleMesh"):
+    with pytest.raises(TypeError, match="expected a path, t4d.Mesh or t4d.TriangleMesh"):
         verbs.transform(models / "cube.t4d", move=[1, 2, 3], output=dict)
     with pytest.raises(t4d.VerbError):
         verbs.transform(models / "cube.t4d", move=[1, 2, 3], output=t4d.TriangleMesh)
@@ -98,3 +100,17 @@ def test_simplify_in_memory_keeps_the_hypervolume_and_its_promise(models):
     assert small.time_span == mesh.time_span
     with pytest.raises(t4d.Error, match="at most 1"):
         mesh.simplify(ratio=2)
+
+
+def test_a_dictionary_is_a_file_of_json(cube, tmp_path):
+    steps = {"segments": [{"duration": np.float64(2), "translation": np.array([1, 0, 0])}]}
+    swept = t4d.verbs.sweep(t4d.TriangleMesh(*cube), motion=steps, output=t4d.Mesh).mesh
+    assert swept.time_span == (0, 2)
+    with pytest.raises(TypeError, match="motion is a t4d.Motion; expected a motion file or a dictionary"):
+        t4d.verbs.sweep("cube.obj", motion=t4d.Motion(steps), output=tmp_path / "out.t4d")
+
+
+def test_verbs_come_with_the_module():
+    code = "import t4d; print(t4d.verbs.__name__, t4d.distributed.__name__, hasattr(t4d, 'nothing'))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "t4d.verbs t4d.distributed False\n"
