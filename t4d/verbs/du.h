@@ -16,7 +16,7 @@ struct DuReport {
   std::vector<formats::T4dChunks> chunks = {};  ///< the largest first
   std::uint64_t otherBytes = 0;                 ///< of the header and the footer
 
-  /// So many bytes for each tetrahedron; 0 if there is none.
+  /// `ofBytes` per tetrahedron; 0 for an empty mesh.
   double perTetrahedron(std::uint64_t ofBytes) const;
 };
 

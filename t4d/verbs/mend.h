@@ -22,7 +22,7 @@ struct MendReport {
   edit::MendSurfaceReport mended;  ///< of all bodies
   std::uint64_t bodies = 0;
   std::uint64_t vertices = 0;   ///< written, of all bodies
-  std::uint64_t triangles = 0;  ///< likewise
+  std::uint64_t triangles = 0;  ///< written, of all bodies
   double seconds = 0;           ///< with reading and writing
   std::vector<std::string> losses = {};
 };

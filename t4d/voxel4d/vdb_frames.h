@@ -54,8 +54,9 @@ struct VdbFramesOptions {
 /// damaged as far as that can be detected (.vdb has no checksums); other types of grid; frames with
 /// values mixed with frames without; a fog volume without `iso`, and `iso` for bool and mask grids;
 /// transforms that are not a uniform scale with a translation, or differ from the first frame's; a
-/// background that is inside; values that are not finite; no time; times that do not increase;
-/// fewer than two frames. If no frame has a point inside, requesting the last frame is an error.
+/// background that is inside; values that are not finite; a frame without a time where another has
+/// one; times that do not increase; fewer than two frames. If no frame has a point inside,
+/// requesting the last frame is an error.
 /// Otherwise frames without inside points are allowed anywhere. With `velocity` also: frames
 /// without a time; bool and mask grids; a velocity that is missing, of another type, not finite, or
 /// on a lattice with another transform than a uniform scale with a translation.

@@ -23,7 +23,7 @@ void printReport(const verbs::DuReport& report) {
   print("{}: {} for {}\n", report.name, sizeText(report.bytes),
         counted(report.tetrahedra, "tetrahedron", "tetrahedra"));
   std::vector<std::vector<std::string>> rows = {
-      {"  chunks", "", "number", "bytes", "share", "a cell"}};
+      {"  chunks", "", "number", "bytes", "share", "per cell"}};
   const auto add = [&](const std::string& type, const std::string& number, std::uint64_t bytes) {
     rows.push_back(
         {"  " + type, whatIs(type), number, grouped(bytes),

@@ -40,8 +40,8 @@ std::string kindText(const verbs::FlipbookReport& made) {
   if (made.kind == verbs::FlipbookKind::Frames) return detailText(made.written.light, distance);
   return fmt::format("{}, within {:.3g} of the exact slices",
                      made.kind == verbs::FlipbookKind::Rigid
-                         ? "rigid: one mesh a body and its poses"
-                         : "morph: one mesh a body and its shapes at the layers",
+                         ? "rigid: one mesh per body and its poses"
+                         : "morph: one mesh per body and its shapes at the layers",
                      distance);
 }
 

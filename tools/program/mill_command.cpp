@@ -271,14 +271,14 @@ void addMill(CLI::App& app, int& exitCode) {
   command
       ->add_option("--offset", options->offsets,
                    "Origin G54 to G59.3 in the frame of the stock, zero of the machine G53, or its "
-                   "places G28 and G30: G55=100,0,-20 (repeatable)")
+                   "positions G28 and G30: G55=100,0,-20 (repeatable)")
       ->allow_extra_args(false);
   command
       ->add_option("--rotary", options->rotaries,
                    "Rotary axis of table or head: A=table:0,0,-50, B=head:0,0,150 (repeatable)")
       ->allow_extra_args(false);
   command->add_flag("--tcp", options->program.tipControl,
-                    "X, Y and Z are of the tip in the frame of the stock, as after G43.4");
+                    "Take X, Y and Z as the position of the tip in the frame of the stock, as after G43.4");
   command
       ->add_option("--tolerance", options->mill.tolerance,
                    "Maximum error of tool, arcs and turns, in length units (default: 0.01 voxels)")

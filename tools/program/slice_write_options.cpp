@@ -60,7 +60,7 @@ void addSliceWriteOptions(CLI::App& command, verbs::SliceWriteOptions& options) 
                    "Write the velocity of vertices, for motion blur and arrows");
   command
       .add_option("--max-speed", options.maxSpeed,
-                  "Most that a vertex may move in a time unit of the mesh; faster ones are counted")
+                  "Maximum speed of a vertex, in length units per time unit; faster ones are slowed and counted")
       ->check(numberAboveZero());
   command
       .add_option("--quantize", options.quantizeBits,

@@ -291,7 +291,7 @@ void addSweep(CLI::App& app, int& exitCode) {
                    "Geometry of the links of a .urdf to sweep (default: collision)")
       ->check(CLI::IsMember({"collision", "visual"}));
   command->add_flag("--own-steps", options->ownSteps,
-                    "Steps of its own for each body of a mechanism, not common ones");
+                    "Divide the motion of each body of a mechanism into its own steps (default: common steps)");
   addBodiesOption(*command, options->dividedBy);
   options->mending.addTo(*command, options->mend);
   command->add_option("--animation", options->animation,
