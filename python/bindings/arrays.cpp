@@ -102,8 +102,8 @@ std::vector<model::Point3> pointsOf(const py::array& array, const std::string& w
     model::Point3& point = points[static_cast<std::size_t>(i)];
     point = {rows(i, 0), rows(i, 1), rows(i, 2)};
     if (!point.allFinite()) {
-      throw py::value_error(fmt::format("{}[{}] is ({}, {}, {}); expected finite numbers", what,
-                                        i, point[0], point[1], point[2]));
+      throw py::value_error(fmt::format("{}[{}] is ({}, {}, {}); expected finite numbers", what, i,
+                                        point[0], point[1], point[2]));
     }
   }
   return points;
@@ -121,9 +121,9 @@ std::vector<model::Triangle> trianglesFrom(const py::array& array, std::size_t v
       const Index index = rows(i, k);
       if (std::cmp_less(index, 0) || std::cmp_greater_equal(index, vertexCount) ||
           std::cmp_greater(index, std::numeric_limits<std::uint32_t>::max())) {
-        throw py::value_error(fmt::format(
-            "triangles[{}][{}] is {}; expected the index of one of {} vert{}, from 0", i, k,
-            index, vertexCount, vertexCount == 1 ? "ex" : "ices"));
+        throw py::value_error(
+            fmt::format("triangles[{}][{}] is {}; expected the index of one of {} vert{}, from 0",
+                        i, k, index, vertexCount, vertexCount == 1 ? "ex" : "ices"));
       }
       triangles[static_cast<std::size_t>(i)][static_cast<std::size_t>(k)] =
           static_cast<std::uint32_t>(index);

@@ -78,9 +78,9 @@ Result<voxel4d::Frame> FrameIterator::frameOf(const py::object& given, std::size
   if (!stay_ || repeats()) array = py::array(given.attr("copy")());
   const std::vector<py::ssize_t> shape(array.shape(), array.shape() + array.ndim());
   if (shape.size() != 3) {
-    return invalid(fmt::format("the array has the shape ({}); expected (nx, ny, nz)",
-                               fmt::join(shape, ", ")),
-                   where);
+    return invalid(
+        fmt::format("the array has the shape ({}); expected (nx, ny, nz)", fmt::join(shape, ", ")),
+        where);
   }
   if (index == 0) shape_ = shape;
   if (shape != shape_) {

@@ -23,7 +23,8 @@ struct ConvertOptions {
   std::optional<double> weld = {};
   bool allowOpen = false;                      ///< as edit::Mend4dOptions::allowOpen
   std::optional<std::uint64_t> maxCells = {};  ///< of a .t4d, as T4dReader::open takes it
-  std::string generator = {};  ///< program and version, for the metadata of an input other than .t4d
+  std::string generator =
+      {};  ///< program and version, for the metadata of an input other than .t4d
 };
 
 struct ConvertReport {

@@ -277,8 +277,9 @@ void addMill(CLI::App& app, int& exitCode) {
       ->add_option("--rotary", options->rotaries,
                    "Rotary axis of table or head: A=table:0,0,-50, B=head:0,0,150 (repeatable)")
       ->allow_extra_args(false);
-  command->add_flag("--tcp", options->program.tipControl,
-                    "Take X, Y and Z as the position of the tip in the frame of the stock, as after G43.4");
+  command->add_flag(
+      "--tcp", options->program.tipControl,
+      "Take X, Y and Z as the position of the tip in the frame of the stock, as after G43.4");
   command
       ->add_option("--tolerance", options->mill.tolerance,
                    "Maximum error of tool, arcs and turns, in length units (default: 0.01 voxels)")

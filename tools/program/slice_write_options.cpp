@@ -60,7 +60,8 @@ void addSliceWriteOptions(CLI::App& command, verbs::SliceWriteOptions& options) 
                    "Write the velocity of vertices, for motion blur and arrows");
   command
       .add_option("--max-speed", options.maxSpeed,
-                  "Maximum speed of a vertex, in length units per time unit; faster ones are slowed and counted")
+                  "Maximum speed of a vertex, in length units per time unit; faster ones are "
+                  "slowed and counted")
       ->check(numberAboveZero());
   command
       .add_option("--quantize", options.quantizeBits,

@@ -290,8 +290,9 @@ void addSweep(CLI::App& app, int& exitCode) {
       ->add_option("--geometry", options->geometry,
                    "Geometry of the links of a .urdf to sweep (default: collision)")
       ->check(CLI::IsMember({"collision", "visual"}));
-  command->add_flag("--own-steps", options->ownSteps,
-                    "Divide the motion of each body of a mechanism into its own steps (default: common steps)");
+  command->add_flag(
+      "--own-steps", options->ownSteps,
+      "Divide the motion of each body of a mechanism into its own steps (default: common steps)");
   addBodiesOption(*command, options->dividedBy);
   options->mending.addTo(*command, options->mend);
   command->add_option("--animation", options->animation,
