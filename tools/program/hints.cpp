@@ -92,18 +92,11 @@ std::string conversionHint(const std::string& path) {
                      mesh->summary(0).time.begin, freeName(path, "-slice", ".ply"));
 }
 
-/// How to mend the triangle mesh of an error; empty if it does not name the file.
-std::string mendingHint(const std::string& path) {
-  if (formats::triangleMeshFormat(path) == nullptr) return {};
-  return fmt::format("t4d mend {} -o {}", quoted(path), freeName(path, "-mended", ".ply"));
-}
-
-/// The file that an error refers to, without the location in it.
-std::string fileOf(const Error& error) {
-  if (!error.offset) return error.where;
-  const std::string place = fmt::format(": byte {}", *error.offset);
-  if (!error.where.ends_with(place)) return {};
-  return error.where.substr(0, error.where.size() - place.size());
+/// How to mend the triangle mesh of an error; empty if it is not all of a file.
+std::string mendingHint(const Place& where) {
+  if (where != where.file || formats::triangleMeshFormat(where.file) == nullptr) return {};
+  return fmt::format("t4d mend {} -o {}", quoted(where.file),
+                     freeName(where.file, "-mended", ".ply"));
 }
 
 }  // namespace
@@ -118,13 +111,13 @@ std::string hintForFile(const std::string& path) {
 std::string hintFor(const Error& error) {
   switch (error.remedy) {
     case Remedy::OtherFormat: {
-      const std::string file = fileOf(error);
+      const std::string& file = error.where.file;
       if (!formats::schemeOf(file).empty()) return {};
       const std::string hint = conversionHint(file);
       return hint.empty() ? recoveryHint(file) : hint;
     }
     case Remedy::IsoValue:
-      if (voxel4d::isVolumeFile(fileOf(error))) {
+      if (voxel4d::isVolumeFile(error.where.file)) {
         return "try: --iso VALUE, if the samples are densities (inside is where they are above "
                "it), or --label N, if they are labels (inside is where they are exactly N)";
       }
@@ -132,7 +125,7 @@ std::string hintFor(const Error& error) {
     case Remedy::FrameTime:
       return "try: --frame-time TIME, the time between two frames";
     case Remedy::GridName:
-      if (voxel4d::isDicomInput(fileOf(error))) {
+      if (voxel4d::isDicomInput(error.where.file)) {
         return "try: --series NUMBER, or the UID of a series";
       }
       return "try: --grid NAME, to use only grids of that name";
@@ -212,7 +205,7 @@ std::string hintFor(const Error& error) {
       break;
   }
   const bool damaged = error.code == ErrorCode::InvalidInput && error.offset;
-  return damaged ? recoveryHint(fileOf(error)) : std::string();
+  return damaged ? recoveryHint(error.where.file) : std::string();
 }
 
 }  // namespace t4d::tools
