@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -75,6 +76,7 @@ struct Place {
   Place(std::string fileName, std::uint64_t lineNumber = 0)
       : file(std::move(fileName)), line(lineNumber) {}
   Place(const char* fileName) : file(fileName) {}
+  Place(const std::filesystem::path& path) : file(path.string()) {}
 
   bool operator==(const Place&) const = default;
   bool empty() const { return file.empty() && line == 0 && part.empty(); }

@@ -34,7 +34,9 @@ class KnownVelocities : public VelocitySource {
   KnownVelocities(MovingField field, Lattice lattice, std::vector<double> times, double reach)
       : field_(std::move(field)), lattice_(lattice), times_(std::move(times)), reach_(reach) {}
 
-  Place placeOf(std::size_t index) const override { return "velocity " + std::to_string(index); }
+  Place placeOf(std::size_t index) const override {
+    return placeIn({}, "velocity " + std::to_string(index));
+  }
   Result<VelocityField> field(std::size_t index) override {
     return VelocityField{
         [this, time = times_[index]](const Coord& point) {
