@@ -92,11 +92,16 @@ std::string conversionHint(const std::string& path) {
                      mesh->summary(0).time.begin, freeName(path, "-slice", ".ply"));
 }
 
-/// How to mend the triangle mesh of an error; empty if it is not all of a file.
-std::string mendingHint(const Place& where) {
-  if (where != where.file || formats::triangleMeshFormat(where.file) == nullptr) return {};
-  return fmt::format("t4d mend {} -o {}", quoted(where.file),
-                     freeName(where.file, "-mended", ".ply"));
+/// How to mend the triangle mesh of an error; empty if it does not name the file.
+std::string mendingHint(const std::string& path) {
+  if (formats::triangleMeshFormat(path) == nullptr) return {};
+  return fmt::format("t4d mend {} -o {}", quoted(path), freeName(path, "-mended", ".ply"));
+}
+
+/// The file that an error refers to; empty if it refers to a part, such as a file that this one
+/// names.
+std::string fileOf(const Error& error) {
+  return error.offset || error.where == error.where.file ? error.where.file : std::string();
 }
 
 }  // namespace
@@ -111,13 +116,13 @@ std::string hintForFile(const std::string& path) {
 std::string hintFor(const Error& error) {
   switch (error.remedy) {
     case Remedy::OtherFormat: {
-      const std::string& file = error.where.file;
+      const std::string file = fileOf(error);
       if (!formats::schemeOf(file).empty()) return {};
       const std::string hint = conversionHint(file);
       return hint.empty() ? recoveryHint(file) : hint;
     }
     case Remedy::IsoValue:
-      if (voxel4d::isVolumeFile(error.where.file)) {
+      if (voxel4d::isVolumeFile(fileOf(error))) {
         return "try: --iso VALUE, if the samples are densities (inside is where they are above "
                "it), or --label N, if they are labels (inside is where they are exactly N)";
       }
@@ -125,16 +130,16 @@ std::string hintFor(const Error& error) {
     case Remedy::FrameTime:
       return "try: --frame-time TIME, the time between two frames";
     case Remedy::GridName:
-      if (voxel4d::isDicomInput(error.where.file)) {
+      if (voxel4d::isDicomInput(fileOf(error))) {
         return "try: --series NUMBER, or the UID of a series";
       }
       return "try: --grid NAME, to use only grids of that name";
     case Remedy::ConeCaps: {
-      const std::string hint = mendingHint(error.where);
+      const std::string hint = mendingHint(fileOf(error));
       return hint.empty() ? "try: --caps cone" : fmt::format("try: {}, or --caps cone", hint);
     }
     case Remedy::Mend: {
-      const std::string hint = mendingHint(error.where);
+      const std::string hint = mendingHint(fileOf(error));
       return hint.empty() ? hint : "try: " + hint;
     }
     case Remedy::Remesh:
@@ -205,7 +210,7 @@ std::string hintFor(const Error& error) {
       break;
   }
   const bool damaged = error.code == ErrorCode::InvalidInput && error.offset;
-  return damaged ? recoveryHint(error.where.file) : std::string();
+  return damaged ? recoveryHint(fileOf(error)) : std::string();
 }
 
 }  // namespace t4d::tools
