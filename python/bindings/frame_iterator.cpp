@@ -67,7 +67,7 @@ Result<voxel4d::Frame> FrameIterator::frame(std::size_t index) {
 }
 
 Result<voxel4d::Frame> FrameIterator::frameOf(const py::object& given, std::size_t index) {
-  const std::string where = fmt::format("frame {}", index);
+  const Place where = placeIn({}, fmt::format("frame {}", index));
   // What an iterator gives may be one array that it fills again and again. An array that repeats
   // its rows (strides of 0) may be larger than memory.
   auto array = py::reinterpret_borrow<py::array>(given);

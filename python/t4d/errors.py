@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import re
 import sys
 import warnings
 from typing import Any, Iterator, List, Optional, Tuple, Type
@@ -20,11 +19,16 @@ class Error(Exception):
 
     file: Optional[str] = None
 
-    def __init__(self, message: str, where: str = "", offset: Optional[int] = None) -> None:
+    def __init__(
+        self, message: str, where: str = "", offset: Optional[int] = None, named: Optional[str] = None, within: str = ""
+    ) -> None:
+        """``where`` consists of ``named``, a file, and ``within``; by default it is a file."""
         super().__init__(f"{where}: {message}" if where else message)
         self.message = message
         self.where = where
         self.offset = offset
+        self._named = where if named is None else named
+        self._within = within
 
     def __reduce__(self) -> Tuple[Any, ...]:
         return type(self), (self.message, self.where, self.offset), self.__dict__
@@ -32,7 +36,7 @@ class Error(Exception):
     @property
     def place(self) -> str:
         """``where`` without the file: the line or the byte, the slab or the frame."""
-        return self.where.removeprefix(self.file or "").lstrip(": ")
+        return self._within if self.file == self._named else self.where
 
 
 class InvalidInput(Error, ValueError):
@@ -42,9 +46,11 @@ class InvalidInput(Error, ValueError):
 class FileError(Error, OSError):
     """A file cannot be opened, read or written."""
 
-    def __init__(self, message: str, where: str = "", offset: Optional[int] = None) -> None:
-        super().__init__(message, where, offset)
-        self.file = re.split(r":(?=\d+(?::|$)| )", where, maxsplit=1)[0] or None
+    def __init__(
+        self, message: str, where: str = "", offset: Optional[int] = None, named: Optional[str] = None, within: str = ""
+    ) -> None:
+        super().__init__(message, where, offset, named, within)
+        self.file = self._named or None
 
     @property
     def filename(self) -> Optional[str]:
@@ -84,8 +90,8 @@ def about(file: Optional[str] = None, output: Optional[str] = None) -> Iterator[
         if isinstance(error, Failed) and error.where and output:
             if os.path.realpath(error.where) == os.path.realpath(output):
                 raised = FileError(error.message, error.where)
-        named = [path for path in (output, file) if path and f"{error.where}:".startswith(f"{path}:")]
-        raised.file = named[0] if named else raised.file or file
+        named = error._named if error._named in (output, file) else None
+        raised.file = named or raised.file or file
         raise raised from None
 
 

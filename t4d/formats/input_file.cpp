@@ -9,12 +9,10 @@
 
 namespace t4d::formats {
 
-std::string InputFile::atLine(std::uint64_t line) const {
-  return fmt::format("{}:{}", path.string(), line);
-}
+Place InputFile::atLine(std::uint64_t line) const { return {path.string(), line}; }
 
-std::string InputFile::atByte(std::uint64_t offset) const {
-  return fmt::format("{}: byte {}", path.string(), offset);
+Place InputFile::atByte(std::uint64_t offset) const {
+  return placeIn(path.string(), fmt::format("byte {}", offset));
 }
 
 Result<InputFile> readInputFile(const std::filesystem::path& path) {

@@ -16,8 +16,8 @@ struct InputFile {
   std::string bytes = {};
 
   /// The two forms of `Error::where`: `path:LINE` (from 1) and `path: byte N` (from 0).
-  std::string atLine(std::uint64_t line) const;
-  std::string atByte(std::uint64_t offset) const;
+  Place atLine(std::uint64_t line) const;
+  Place atByte(std::uint64_t offset) const;
 };
 
 /// Reads a file that exists, is a regular file and is not empty; everything else is an error.

@@ -88,7 +88,7 @@ std::vector<Sample> samples() {
 
 void judgeRefusal(const Error& error) {
   EXPECT_FALSE(error.message.empty());
-  EXPECT_TRUE(error.where.starts_with(temporaryPath("damaged_").string())) << error.text();
+  EXPECT_TRUE(error.where.file.starts_with(temporaryPath("damaged_").string())) << error.text();
 }
 
 bool readAndJudge4d(const Sample& sample, const std::string& bytes) {

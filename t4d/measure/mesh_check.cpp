@@ -106,7 +106,7 @@ std::unique_ptr<MeshChecker::Prepared> MeshChecker::prepare(const model::Slab& s
 
 Result<void> MeshChecker::putPrepared(const model::Slab& slab, Prepared* prepared) {
   auto& [found, bounds, measured] = static_cast<Measured&>(*prepared);
-  if (!found) return invalid(found.error().message, fmt::format("slab {}", number_));
+  if (!found) return invalid(found.error().message, placeIn({}, fmt::format("slab {}", number_)));
   const CheckedPointer& checked = *found;
   const model::Connectivity& connectivity = *slab.connectivity;
   report_.bounds.add(bounds);
@@ -301,7 +301,7 @@ void MeshChecker::keepUpperLayer(const model::Slab& slab) {
 Result<void> MeshChecker::startAfter(const model::Slab& slab, std::uint64_t number) {
   const auto prepared = prepare(slab);
   const auto& found = static_cast<const Measured&>(*prepared).checked;
-  if (!found) return invalid(found.error().message, fmt::format("slab {}", number));
+  if (!found) return invalid(found.error().message, placeIn({}, fmt::format("slab {}", number)));
   const model::Connectivity& connectivity = *slab.connectivity;
   components_.add((*found)->components, connectivity.lowerCount, connectivity.upperCount);
   report_.time.end = slab.timeEnd;

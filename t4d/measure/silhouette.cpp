@@ -408,7 +408,7 @@ SilhouetteBuilder::~SilhouetteBuilder() = default;
 Result<void> SilhouetteBuilder::put(const Slab& slab) {
   State& state = *state_;
   const auto inSlab = [&](Error error) {
-    error.where = fmt::format("slab {}", state.slabs);
+    error.where = placeIn({}, fmt::format("slab {}", state.slabs));
     return error;
   };
   if (auto sound = check(slab, state.before.get()); !sound) return inSlab(sound.error());

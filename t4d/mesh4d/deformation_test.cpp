@@ -304,7 +304,7 @@ TEST(Deformation, RefusesWhatIsNoDeformation) {
   // What is wrong at a key names the key and its time, not the mesh.
   const auto placeOf = [&](std::vector<StoredKeys::Key> keys) {
     model::Mesh swept;
-    return sweep(solid, StoredKeys(std::move(keys)), kCones, swept).error().where;
+    return sweep(solid, StoredKeys(std::move(keys)), kCones, swept).error().where.text();
   };
   EXPECT_EQ(placeOf({{0.5, flat}, {1, solid.vertices}}), "key 0, at time 0.5");
   EXPECT_EQ(placeOf({{0, solid.vertices}, {1.25, far}}), "key 1, at time 1.25");

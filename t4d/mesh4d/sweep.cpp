@@ -90,7 +90,8 @@ Result<void> checkKey(double time, std::span<const Point3> positions, double& wi
 
 /// An error that is that of a key, not of the mesh whose triangles move.
 Error atKey(const VertexKeys& keys, std::uint64_t key, Error error) {
-  error.where = fmt::format("key {}, at time {}", key, keys.time(key));
+  error.where = placeIn({}, fmt::format("key {}, at time {}", key, keys.time(key)));
+  error.where.key = key;
   return error;
 }
 

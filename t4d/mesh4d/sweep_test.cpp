@@ -137,7 +137,7 @@ TEST(Sweep, SinkThatFailsEndsTheSweep) {
   const auto report =
       sweep(fixtures::cube(1), turnAbout(Eigen::Vector3d::UnitX(), 10), options(), full);
   ASSERT_FALSE(report);
-  EXPECT_EQ(report.error().where, "disk");
+  EXPECT_EQ(report.error().where.text(), "disk");
 }
 
 TEST(Sweep, StepsOfADecimalDurationAreAtDecimals) {

@@ -364,7 +364,7 @@ TEST(Mill, RefusesWhatCannotBeMilled) {
   const auto refused = mill(open, alone(tool), path.motion, options, mesh);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().remedy, Remedy::Mend);
-  EXPECT_EQ(refused.error().where, "stock");
+  EXPECT_EQ(refused.error().where.text(), "stock");
 }
 
 TEST(Mill, CutsOfLessThanAVoxelAreCuts) {
@@ -419,7 +419,7 @@ TEST(Mill, VoxelsTooLargeForTheStockOrTooSmallForTheToolAreRefused) {
     options.voxelSize = 0.5;
     const auto refused = mill(stock, alone(toolOf(tool, 1)), path.motion, options, mesh);
     ASSERT_FALSE(refused);
-    EXPECT_EQ(refused.error().where, "tool");
+    EXPECT_EQ(refused.error().where.text(), "tool");
     EXPECT_NE(refused.error().message.find("too large for voxels of 0.5"), std::string::npos);
   }
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -62,19 +63,50 @@ enum class Remedy : std::uint8_t {
   RotaryAxis,          ///< say how the machine turns
 };
 
+/// Where an error is. Members are empty where the caller knows them, or where they do not apply.
+struct Place {
+  std::string file;        ///< as it was named: a path, a URL, or the name of an input
+  std::uint64_t line = 0;  ///< of the file, from 1; 0 if there is none
+  /// Of the file or of the mesh: `slab 3`, `byte 84`, `bodies[2].joint`; or the place in an inner
+  /// file that the file names.
+  std::string part;
+  std::optional<std::uint64_t> key;  ///< of a motion, from 0, where `part` names it
+
+  Place() = default;
+  Place(std::string fileName, std::uint64_t lineNumber = 0)
+      : file(std::move(fileName)), line(lineNumber) {}
+  Place(const char* fileName) : file(fileName) {}
+  Place(const std::filesystem::path& path) : file(path.string()) {}
+
+  bool operator==(const Place&) const = default;
+  bool empty() const { return file.empty() && line == 0 && part.empty(); }
+
+  /// `file:line: part`, of those that there are.
+  std::string text() const {
+    const std::string begin = line == 0 ? file : file + ":" + std::to_string(line);
+    if (begin.empty() || part.empty()) return begin + part;
+    return begin + ": " + part;
+  }
+};
+
+/// A part of a place. With no file, `placeIn({}, "slab 3")`, it is a part of what the caller knows.
+[[nodiscard]] inline Place placeIn(Place place, const std::string& part) {
+  place.part += place.part.empty() || part.empty() ? part : ": " + part;
+  return place;
+}
+
 /// Every public function that can fail returns one of these instead of throwing.
 struct Error {
   ErrorCode code = ErrorCode::Failed;
   /// What was found, what was expected, and what to do.
   std::string message = {};
-  /// The place: a file, with line or byte offset; a slab; an element. Empty if the caller knows it.
-  std::string where = {};
+  Place where = {};
   /// Byte offset in the file, if there is one.
   std::optional<std::uint64_t> offset = {};
   Remedy remedy = Remedy::None;
 
   /// `where: message`, on one line.
-  std::string text() const { return where.empty() ? message : where + ": " + message; }
+  std::string text() const { return where.empty() ? message : where.text() + ": " + message; }
 };
 
 /// A value or an Error, of which either is returned as it is: a tl::expected with a compiler
@@ -102,12 +134,12 @@ struct tl::detail::is_expected_impl<t4d::Result<T>> : std::true_type {};
 
 namespace t4d {
 
-[[nodiscard]] inline Error fail(ErrorCode code, std::string message, std::string where = {},
+[[nodiscard]] inline Error fail(ErrorCode code, std::string message, Place where = {},
                                 Remedy remedy = Remedy::None) {
   return Error{code, std::move(message), std::move(where), {}, remedy};
 }
 
-[[nodiscard]] inline Error invalid(std::string message, std::string where = {},
+[[nodiscard]] inline Error invalid(std::string message, Place where = {},
                                    Remedy remedy = Remedy::None) {
   return fail(ErrorCode::InvalidInput, std::move(message), std::move(where), remedy);
 }

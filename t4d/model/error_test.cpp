@@ -38,5 +38,24 @@ TEST(Result, HoldsWhatCannotBeCopied) {
   EXPECT_EQ(**moved, 7);
 }
 
+TEST(Place, SaysTheFileTheLineAndThePartThatThereAre) {
+  EXPECT_TRUE(Place().empty());
+  EXPECT_EQ(Place().text(), "");
+  EXPECT_EQ(Place("a.obj").text(), "a.obj");
+  EXPECT_EQ(Place("a.obj", 12).text(), "a.obj:12");
+  EXPECT_EQ(placeIn("m.t4d", "slab 3").text(), "m.t4d: slab 3");
+  EXPECT_EQ(placeIn({}, "slab 3").text(), "slab 3");
+  EXPECT_EQ(placeIn("a.obj", "").text(), "a.obj");
+}
+
+TEST(Place, OfAnInnerFileIsAPartOfTheOuterOne) {
+  const Place inner = placeIn("mesh.stl", "byte 84");
+  const Place outer = placeIn({"robot.urdf", 14}, inner.text());
+  EXPECT_EQ(outer.text(), "robot.urdf:14: mesh.stl: byte 84");
+  EXPECT_EQ(outer.file, "robot.urdf");
+  EXPECT_EQ(placeIn(placeIn("arm.json", "bodies[2]"), inner.text()).text(),
+            "arm.json: bodies[2]: mesh.stl: byte 84");
+}
+
 }  // namespace
 }  // namespace t4d

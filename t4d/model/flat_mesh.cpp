@@ -64,7 +64,7 @@ class Flattener : public Sink {
 
  private:
   Error wrong(const std::string& message) const {
-    return invalid(message, fmt::format("slab {}", slabs_));
+    return invalid(message, placeIn({}, fmt::format("slab {}", slabs_)));
   }
 
   FlatMesh mesh_;  // with spare rows

@@ -82,7 +82,7 @@ Result<Motion> jointMotion(const Joint& joint, std::span<const double> times,
   Motion motion;
   motion.segments.reserve(values.size() - 1);
   for (std::size_t i = 0; i < values.size(); ++i) {
-    const auto where = [&] { return fmt::format("value {} (counted from 0)", i); };
+    const auto where = [&] { return placeIn({}, fmt::format("value {} (counted from 0)", i)); };
     if (!(std::abs(values[i]) <= kLargestCoordinate)) {
       return invalid(
           fmt::format("is {}; the largest possible is {}", values[i], kLargestCoordinate), where());

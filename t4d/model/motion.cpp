@@ -52,7 +52,7 @@ bool isFinite(const Screw& screw) {
          std::isfinite(screw.angleDegrees) && screw.translation.allFinite();
 }
 
-Result<void> checkMagnitude(const char* what, double magnitude, const std::string& where) {
+Result<void> checkMagnitude(const char* what, double magnitude, const Place& where) {
   if (magnitude <= kLargestCoordinate) return {};
   return invalid(fmt::format("has {} of magnitude {:.3g}; the largest possible is {}", what,
                              magnitude, kLargestCoordinate),
@@ -60,7 +60,7 @@ Result<void> checkMagnitude(const char* what, double magnitude, const std::strin
 }
 
 /// Checks that every number is within the limits of coordinates and times.
-Result<void> checkMagnitudes(const Screw& screw, double duration, const std::string& where) {
+Result<void> checkMagnitudes(const Screw& screw, double duration, const Place& where) {
   auto checked = checkMagnitude("an axis_point", screw.axisPoint.cwiseAbs().maxCoeff(), where);
   if (checked) {
     checked = checkMagnitude("a translation", screw.translation.cwiseAbs().maxCoeff(), where);
@@ -104,7 +104,9 @@ Result<Motion> chainScrews(double startTime, std::span<const ScrewRun> runs) {
   Pose pose;
   for (std::size_t index = 0; index < runs.size(); ++index) {
     const auto& [duration, givenScrew, count] = runs[index];
-    const auto where = [&] { return fmt::format("segment {} (counted from 0)", index); };
+    const auto where = [&] {
+      return placeIn({}, fmt::format("segment {} (counted from 0)", index));
+    };
     Screw screw = givenScrew;
     if (!isFinite(screw)) return invalid("has a number that is not finite", where());
     if (!(duration > 0) || !std::isfinite(duration)) {
@@ -198,7 +200,7 @@ Result<Motion> joinPoses(std::span<const KeyPose> poses) {
   std::vector<Pose> placements;
   placements.reserve(poses.size());
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    const auto where = [&] { return fmt::format("pose {} (counted from 0)", i); };
+    const auto where = [&] { return placeIn({}, fmt::format("pose {} (counted from 0)", i)); };
     const KeyPose& pose = poses[i];
     const double norm = pose.quaternion.norm();
     if (!std::isfinite(pose.time) || !pose.position.allFinite() || !std::isfinite(norm)) {

@@ -61,7 +61,7 @@ TEST_F(PartFiles, StayWhereTheyCannotBePut) {
     const auto put = PartFile::putInPlace({&part, 1});
     ASSERT_FALSE(put);
     EXPECT_EQ(put.error().code, ErrorCode::Failed);
-    EXPECT_EQ(put.error().where, (folder_ / "taken").string());
+    EXPECT_EQ(put.error().where.text(), (folder_ / "taken").string());
     EXPECT_EQ(files(), 2);
   }
   EXPECT_EQ(files(), 1);

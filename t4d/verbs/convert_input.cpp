@@ -67,12 +67,12 @@ std::string freeBodyName(const formats::Mesh4d& body, std::size_t index, std::si
 /// Mends a body, cuts it into slabs, and adds it.
 Result<void> addMendedBody(formats::Mesh4d&& body, const std::string& name,
                            const ConvertOptions& options, const edit::SlabCuts& cuts,
-                           const std::string& where, ConvertInput& input) {
+                           const Place& where, ConvertInput& input) {
   for (const model::Attribute& attribute : body.attributes) input.attributes.insert(attribute.name);
   auto mended = edit::mendMesh4d(body, {options.weld, options.allowOpen});
   if (!mended) return mended.error();
   for (const std::string& change : mended->changes) {
-    input.notices.push_back(where + ": " + change);
+    input.notices.push_back(where.text() + ": " + change);
   }
   input.closed = input.closed && mended->closed;
   input.oriented = input.oriented && mended->oriented;
@@ -80,12 +80,12 @@ Result<void> addMendedBody(formats::Mesh4d&& body, const std::string& name,
   if (!cut) return cut.error();
   if (cut->splitTetrahedra > 0) {
     input.notices.push_back(fmt::format("{}: split {} tetrahedra at cuts, with {} new vertices",
-                                        where, cut->splitTetrahedra, cut->newVertices));
+                                        where.text(), cut->splitTetrahedra, cut->newVertices));
   }
   if (const std::size_t made = cut->mesh.slabs().size(); options.slabs && made < *options.slabs) {
     input.notices.push_back(
-        fmt::format("{}: cut into {}, not {}: its vertices have only {} different times", where,
-                    model::counted(made, "slab"), *options.slabs, made + 1));
+        fmt::format("{}: cut into {}, not {}: its vertices have only {} different times",
+                    where.text(), model::counted(made, "slab"), *options.slabs, made + 1));
   }
   const model::Mesh& mesh = input.meshes.emplace_back(std::move(cut->mesh));
   formats::CountedBody counted{{name, &mesh}, 0, 0};
@@ -116,8 +116,8 @@ Result<ConvertInput> openOtherToConvert(const ConvertOptions& options) {
   for (std::size_t i = 0; i < count; ++i) {
     formats::Mesh4d& body = loaded->bodies[i];
     const std::string name = freeBodyName(body, i, count, options.input, taken);
-    const std::string where =
-        count > 1 ? fmt::format("{}: body '{}'", options.input, name) : options.input;
+    Place where = options.input;
+    if (count > 1) where = placeIn(where, fmt::format("body '{}'", name));
     if (auto added = addMendedBody(std::move(body), name, options, slabs, where, input); !added) {
       Error error = added.error();
       error.where = where;

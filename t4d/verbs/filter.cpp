@@ -20,7 +20,7 @@ Result<void> filterBodies(const Input& input, formats::T4dWriter& writer, Filter
         edit::clipTime(*source, report.span, writer.body(i), stage->part(source->slabCount()));
     if (!clip) {
       Error error = clip.error();
-      if (error.where.empty()) error.where = fmt::format("{}: body '{}'", input.name, name);
+      if (error.where.empty()) error.where = placeIn(input.name, fmt::format("body '{}'", name));
       return error;
     }
     if (clip->cells == 0) {

@@ -13,7 +13,7 @@ namespace {
 
 /// An error that says no place is about this one.
 Result<edit::MendSurfaceReport> mendedAt(Result<edit::MendSurfaceReport> report,
-                                         const std::string& where) {
+                                         const Place& where) {
   if (report || !report.error().where.empty()) return report;
   Error error = report.error();
   error.where = where;
@@ -24,7 +24,7 @@ Result<edit::MendSurfaceReport> mendedAt(Result<edit::MendSurfaceReport> report,
 
 Result<edit::MendSurfaceReport> mendSolid(model::TriangleMesh& mesh,
                                           const edit::MendSurfaceOptions& options,
-                                          const std::string& where, Observer& observer) {
+                                          const Place& where, Observer& observer) {
   const auto stage = observer.stage("mending");
   return mendedAt(edit::mendSurface(mesh, options, stage->callback()), where);
 }
@@ -32,7 +32,7 @@ Result<edit::MendSurfaceReport> mendSolid(model::TriangleMesh& mesh,
 Result<edit::MendSurfaceReport> mendDeformedSolid(model::TriangleMesh& mesh,
                                                   std::unique_ptr<model::VertexKeys>& keys,
                                                   const edit::MendSurfaceOptions& options,
-                                                  const std::string& where, Observer& observer) {
+                                                  const Place& where, Observer& observer) {
   const auto stage = observer.stage("mending");
   return mendedAt(edit::mendDeformation(mesh, keys, options), where);
 }

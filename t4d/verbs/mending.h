@@ -16,14 +16,14 @@ namespace t4d::verbs {
 /// Mends a mesh (edit::mendSurface); `where` is the place of errors that have none.
 Result<edit::MendSurfaceReport> mendSolid(model::TriangleMesh& mesh,
                                           const edit::MendSurfaceOptions& options,
-                                          const std::string& where, Observer& observer);
+                                          const Place& where, Observer& observer);
 
 /// Mends a surface that is deformed (edit::mendDeformation); `where` is the place of errors that
 /// have none.
 Result<edit::MendSurfaceReport> mendDeformedSolid(model::TriangleMesh& mesh,
                                                   std::unique_ptr<model::VertexKeys>& keys,
                                                   const edit::MendSurfaceOptions& options,
-                                                  const std::string& where, Observer& observer);
+                                                  const Place& where, Observer& observer);
 
 /// Adds the report of the body `name`, "" if there is but one, to that of those before it.
 void addMended(const edit::MendSurfaceReport& body, const std::string& name,

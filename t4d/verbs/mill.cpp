@@ -21,7 +21,7 @@ using nlohmann::ordered_json;
 Error atMillFile(Error error, const MillFiles& files) {
   if (error.where.empty() && error.remedy == Remedy::Motion) error.where = files.path;
   if (error.where.empty() || error.where == "stock") error.where = files.stock.path;
-  if (const auto given = givenAs(error.where, files.tools)) error.where = *given;
+  if (const auto given = givenAs(error.where.file, files.tools)) error.where = *given;
   return error;
 }
 

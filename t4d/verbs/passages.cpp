@@ -14,8 +14,9 @@ Result<Passage> passageOf(const model::Body& body, const Passages& passages,
                           const EnvelopeOptions& options, Stage& stage) {
   const Input& input = passages.input;
   const auto inBody = [&](Error error) {
-    error.where = fmt::format("{}: body '{}'{}{}", input.name, body.name,
-                              error.where.empty() ? "" : ", ", error.where);
+    error.where =
+        placeIn(input.name, fmt::format("body '{}'{}{}", body.name, error.where.empty() ? "" : ", ",
+                                        error.where.text()));
     return error;
   };
   measure::SilhouetteBuilder builder;

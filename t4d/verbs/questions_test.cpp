@@ -49,7 +49,7 @@ TEST(Quality, RefusesAScaleThatFlattensAllCellsAndAnUnknownMeasure) {
   const auto flat = quality(inMemory("cube", mesh), {.timeScale = 1e300});
   ASSERT_FALSE(flat);
   EXPECT_EQ(flat.error().code, ErrorCode::Options);
-  EXPECT_EQ(flat.error().where, "cube");
+  EXPECT_EQ(flat.error().where.text(), "cube");
   const auto unknown =
       quality(inMemory("cube", mesh), {.output = "out.t4d", .attributes = {"roundness"}});
   ASSERT_FALSE(unknown);

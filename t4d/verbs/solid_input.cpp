@@ -67,8 +67,7 @@ Result<LoadedSolid> readSolidInput(const SolidInput& input, Observer& observer) 
   }
   loaded->materials.clear();
   for (formats::NamedMesh& body : loaded->bodies) {
-    const std::string where =
-        one ? input.path : fmt::format("{}: body '{}'", input.path, body.name);
+    const Place where = placeIn(input.path, one ? "" : fmt::format("body '{}'", body.name));
     auto done = mendSolid(body.mesh, *input.mending, where, observer);
     if (!done) return done.error();
     addMended(*done, one ? "" : body.name, loaded->mended);

@@ -86,8 +86,7 @@ Result<SweepReport> sweepByMotion(const SweepOptions& options, const SweepInput&
       if (error.remedy == Remedy::Motion || error.remedy == Remedy::StepRule) {
         error.where = what.motion;
       } else {
-        error.where =
-            what.bodies ? fmt::format("{}: body '{}'", what.solid, solid.name) : what.solid;
+        error.where = placeIn(what.solid, what.bodies ? fmt::format("body '{}'", solid.name) : "");
       }
       return error;
     }

@@ -1,6 +1,4 @@
 #include <algorithm>
-#include <cstdlib>
-#include <cstring>
 
 #include <fmt/format.h>
 
@@ -9,13 +7,10 @@
 namespace t4d::verbs {
 namespace {
 
-constexpr const char* kKey = "key ";
-
 /// Says which body an error is about.
 Error inSweptBody(Error error, const std::string& file, const std::string& body) {
-  if (!error.where.empty() && !error.where.starts_with(kKey)) return error;
-  error.where =
-      fmt::format("{}: body '{}'{}{}", file, body, error.where.empty() ? "" : ": ", error.where);
+  if (!error.where.empty() && !error.where.key) return error;
+  error.where = placeIn(placeIn(file, fmt::format("body '{}'", body)), error.where.part);
   return error;
 }
 
@@ -26,13 +21,10 @@ Error inDeformation(Error error, const DeformationSweep& what,
   if (error.where.empty()) {
     const bool motions = error.remedy == Remedy::Motion || error.remedy == Remedy::StepRule;
     error.where = motions ? what.files.back() : what.files.front();
-  } else if (error.where.starts_with(kKey)) {
-    std::string file = what.files.back();
-    if (!keyFiles.empty()) {
-      const std::size_t key = std::strtoull(error.where.c_str() + std::strlen(kKey), nullptr, 10);
-      file = keyFiles[std::min(key, keyFiles.size() - 1)].string();
-    }
-    error.where = fmt::format("{}: {}", file, error.where);
+  } else if (const auto key = error.where.key) {
+    error.where.file = keyFiles.empty()
+                           ? what.files.back()
+                           : keyFiles[std::min<std::uint64_t>(*key, keyFiles.size() - 1)].string();
   }
   return error;
 }

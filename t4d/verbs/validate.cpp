@@ -63,7 +63,7 @@ Result<Validation> validatePipe(const std::filesystem::path& path,
 
 measure::Issue damageOf(const Error& error, const std::filesystem::path& file) {
   // The issue has the offset itself.
-  const bool elsewhere = !error.where.empty() && !error.where.starts_with(file.string());
+  const bool elsewhere = !file.empty() && !error.where.empty() && error.where.file != file.string();
   return {"file-damaged",
           measure::Severity::Error,
           elsewhere ? error.text() : error.message,

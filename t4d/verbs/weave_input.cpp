@@ -50,7 +50,7 @@ FrameKind kindOfFrame(const std::string& file) {
 
 /// Of a file that is neither a volume by its extension nor a VDB file, both are said.
 Error unreadableFrame(Error error) {
-  const std::string extension = formats::lowerCaseExtension(error.where);
+  const std::string extension = formats::lowerCaseExtension(error.where.file);
   if (error.remedy == Remedy::FrameFormat && extension != ".vdb") {
     error.message +=
         fmt::format(", and not a volume by its extension; expected .vdb, {}, or triangle meshes",

@@ -75,7 +75,7 @@ TEST(OpenFrames, SaysOfAnotherFormatWhatIsRead) {
   EXPECT_EQ(input.error().message,
             "is not a VDB file, and not a volume by its extension; expected .vdb, " +
                 volumeExtensions() + ", or triangle meshes");
-  EXPECT_EQ(input.error().where, path);
+  EXPECT_EQ(input.error().where.text(), path);
 }
 
 TEST(OpenFrames, RefusesFramesThatAreNotOfOneKindAndMeshesWithoutAVoxelSize) {

@@ -67,11 +67,11 @@ class AdvectedFrames : public FrameSource {
                "may have another sign, or another unit",
                vanished_);
   }
-  std::string nameOf(std::size_t index) const override {
+  Place placeOf(std::size_t index) const override {
     const std::size_t frame = index / substeps_;
-    if (index % substeps_ == 0) return frames_->nameOf(frame);
-    return fmt::format("{}: {} of {} steps to the next frame", frames_->nameOf(frame),
-                       index % substeps_, substeps_);
+    if (index % substeps_ == 0) return frames_->placeOf(frame);
+    return placeIn(frames_->placeOf(frame),
+                   fmt::format("{} of {} steps to the next frame", index % substeps_, substeps_));
   }
 
   void readsPart() override { frames_->readsPart(); }
@@ -99,7 +99,7 @@ class AdvectedFrames : public FrameSource {
       return invalid(
           "says only what is inside: velocities carry level sets and densities, whose values say "
           "how far the surface is",
-          frames_->nameOf(index));
+          frames_->placeOf(index));
     }
     auto velocity = velocities_->field(index);
     if (!velocity) return velocity.error();
@@ -113,13 +113,13 @@ class AdvectedFrames : public FrameSource {
     if (!(duration > 0)) {
       return invalid(fmt::format("is at time {}, not after the frame before it, at {}",
                                  next_.frame.time, before_.frame.time),
-                     frames_->nameOf(number + 1));
+                     frames_->placeOf(number + 1));
     }
     for (Moving* moving : {&before_, &next_}) {
       if (moving->band && moving->band->duration() >= duration) continue;
       auto band = SurfaceBand::of(moving->frame, moving->velocity, duration);
       const std::size_t index = moving == &before_ ? number : number + 1;
-      if (!band) return invalid(band.error().message, velocities_->nameOf(index));
+      if (!band) return invalid(band.error().message, velocities_->placeOf(index));
       moving->band = std::move(*band);
     }
     return {};
@@ -135,7 +135,7 @@ class AdvectedFrames : public FrameSource {
     const VdbGrid grid{blended(*before_.band->carried(time - begin),
                                *next_.band->carried(time - end), part, scale),
                        nullptr};
-    auto frame = frameOf(grid, time, {}, nameOf(index));
+    auto frame = frameOf(grid, time, {}, placeOf(index));
     if (frame && isEmpty(*frame) && !isEmpty(before_.frame) && !isEmpty(next_.frame)) ++vanished_;
     return frame;
   }

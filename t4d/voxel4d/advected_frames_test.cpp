@@ -34,8 +34,8 @@ class KnownVelocities : public VelocitySource {
   KnownVelocities(MovingField field, Lattice lattice, std::vector<double> times, double reach)
       : field_(std::move(field)), lattice_(lattice), times_(std::move(times)), reach_(reach) {}
 
-  std::string nameOf(std::size_t index) const override {
-    return "velocity " + std::to_string(index);
+  Place placeOf(std::size_t index) const override {
+    return placeIn({}, "velocity " + std::to_string(index));
   }
   Result<VelocityField> field(std::size_t index) override {
     return VelocityField{
@@ -222,7 +222,7 @@ TEST(AdvectedFrames, MasksAreRefused) {
       std::make_unique<KnownVelocities>(field, Lattice{}, std::vector<double>{0, 1}, 1.0), 2);
   const auto frame = frames->frame(0);
   ASSERT_FALSE(frame);
-  EXPECT_EQ(frame.error().where, "frame 0");
+  EXPECT_EQ(frame.error().where.text(), "frame 0");
 }
 
 }  // namespace

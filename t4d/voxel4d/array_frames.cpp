@@ -68,7 +68,7 @@ Result<std::unique_ptr<FrameSource>> arrayFrames(std::span<const ArrayFrame<T>> 
   double farthest = 0;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const auto values = frames[i].values;
-    const auto ofFrame = [i] { return fmt::format("frame {}", i); };
+    const auto ofFrame = [i] { return placeIn({}, fmt::format("frame {}", i)); };
     if (values.size() != points) {
       return invalid(
           fmt::format("the array has {} values where {} x {} x {} = {} are expected", values.size(),

@@ -10,7 +10,9 @@
 
 namespace t4d::voxel4d {
 
-std::string FrameSource::nameOf(std::size_t index) const { return fmt::format("frame {}", index); }
+Place FrameSource::placeOf(std::size_t index) const {
+  return placeIn({}, fmt::format("frame {}", index));
+}
 
 BlockValues valuesOf(const Frame& frame, std::size_t i, ValueBuffer& buffer) {
   const Block& block = frame.blocks[i];

@@ -147,8 +147,8 @@ class FrameSource {
   virtual ~FrameSource() = default;
   virtual const Lattice& lattice() const = 0;
   virtual std::size_t frameCount() const = 0;
-  /// What errors say of a frame: its number, or its file.
-  virtual std::string nameOf(std::size_t index) const;
+  /// The place of errors about a frame: its number, or its file.
+  virtual Place placeOf(std::size_t index) const;
   /// Whether nothing says how long it is from frame to frame, so that they are taken as 1 apart.
   virtual bool isOneApart() const { return false; }
   /// A notice on the frames once all have been requested; "" for none.

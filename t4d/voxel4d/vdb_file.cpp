@@ -27,7 +27,7 @@ constexpr std::uint32_t kNewestVersion = 224;
 
 constexpr std::string_view kHalfSuffix = "_HalfFloat";
 
-Error damaged(const std::string& where, const std::exception& error) {
+Error damaged(const Place& where, const std::exception& error) {
   if (const auto* failure = dynamic_cast<const VdbFailure*>(&error)) return failure->error;
   if (dynamic_cast<const VdbDamage*>(&error) != nullptr) return invalid(error.what(), where);
   if (dynamic_cast<const std::ios_base::failure*>(&error) != nullptr) {
@@ -232,7 +232,7 @@ void VdbFile::readEntry(VdbStream& stream) {
   place.parent = stream.text();
   entry.name = GridDescriptor::stripSuffix(place.uniqueName);
   entry.label = GridDescriptor::nameAsString(place.uniqueName);
-  entry.where = fmt::format("{}: grid '{}'", path_.string(), entry.label);
+  entry.where = placeIn(path_.string(), fmt::format("grid '{}'", entry.label));
   require(openvdb::GridBase::isRegistered(place.gridType) &&
               (hasOffsets_ || canReadVdbTree(place.gridType)),
           "its grid '{}' is of type {}; float, double, bool and mask grids can be used", entry.name,

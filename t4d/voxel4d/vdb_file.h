@@ -24,7 +24,7 @@ class VdbFile {
   struct Entry {
     std::string name;               ///< of the grid
     std::string label;              ///< unique in the file: `name` or `name[2]`
-    std::string where;              ///< for errors: file and grid
+    t4d::Place where;               ///< for errors: file and grid
     openvdb::GridBase::Ptr header;  ///< metadata and transform, without the tree
   };
 

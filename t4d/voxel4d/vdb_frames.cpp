@@ -70,7 +70,7 @@ Result<void> setTimes(std::vector<VdbPlace>& places, const VdbFramesOptions& opt
     if (i > 0 && !(place.time > places[i - 1].time)) {
       return invalid(fmt::format("times do not increase: its time is {}, that of the frame before "
                                  "({}) is {}",
-                                 place.time, places[i - 1].where, places[i - 1].time),
+                                 place.time, places[i - 1].where.text(), places[i - 1].time),
                      place.where);
     }
   }
@@ -153,7 +153,7 @@ class VdbFrames : public FrameSource {
 
   const Lattice& lattice() const override { return lattice_; }
   std::size_t frameCount() const override { return places_.size(); }
-  std::string nameOf(std::size_t index) const override { return places_[index].where; }
+  Place placeOf(std::size_t index) const override { return places_[index].where; }
   bool isOneApart() const override { return oneApart_; }
   std::string notice() const override { return border_.notice(); }
 

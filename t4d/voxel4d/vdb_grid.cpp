@@ -71,7 +71,7 @@ bool maskOf(const Value* value, const Rule<Value>& rule, BlockMask& mask) {
   return usable;
 }
 
-Error notFinite(const std::string& where, const openvdb::Coord& at) {
+Error notFinite(const Place& where, const openvdb::Coord& at) {
   return invalid(fmt::format("has values that are not finite, at or near the voxel ({}, {}, {})",
                              at.x(), at.y(), at.z()),
                  where);
@@ -80,7 +80,7 @@ Error notFinite(const std::string& where, const openvdb::Coord& at) {
 /// Blocks covered by nodes of one level of a tree that are entirely inside.
 template <class Node, class Value>
 Result<void> addTiles(const std::vector<const Node*>& nodes, const Rule<Value>& rule,
-                      const std::string& where, std::vector<InsideTile>& tiles) {
+                      const Place& where, std::vector<InsideTile>& tiles) {
   struct Found {
     std::vector<InsideTile> tiles;
     bool usable = true;
@@ -105,7 +105,7 @@ Result<void> addTiles(const std::vector<const Node*>& nodes, const Rule<Value>& 
 template <class Grid>
 Result<Frame> frameOfGrid(const std::shared_ptr<const Grid>& grid,
                           const std::shared_ptr<const FrameFile>& file, double time,
-                          const std::optional<double>& iso, const std::string& where) {
+                          const std::optional<double>& iso, const Place& where) {
   using Tree = typename Grid::TreeType;
   using Value = typename Grid::ValueType;
   using Leaf = typename Tree::LeafNodeType;
@@ -249,7 +249,7 @@ std::string typeOf(const openvdb::GridBase& grid) {
   return grid.isType<openvdb::MaskGrid>() ? "mask" : grid.valueType();
 }
 
-Result<GridKind> kindOf(const openvdb::GridBase& grid, const std::string& where) {
+Result<GridKind> kindOf(const openvdb::GridBase& grid, const Place& where) {
   if (grid.isType<openvdb::FloatGrid>() || grid.isType<openvdb::DoubleGrid>()) {
     return GridKind::Values;
   }
@@ -260,7 +260,7 @@ Result<GridKind> kindOf(const openvdb::GridBase& grid, const std::string& where)
                  where);
 }
 
-Result<Lattice> latticeOf(const openvdb::GridBase& grid, const std::string& where) {
+Result<Lattice> latticeOf(const openvdb::GridBase& grid, const Place& where) {
   const openvdb::math::MapBase& map = *grid.transform().baseMap();
   if (!map.isLinear()) {
     return invalid(fmt::format("its transform is a {}; only a uniform scale with a translation can "
@@ -304,7 +304,7 @@ Result<Lattice> latticeOf(const openvdb::GridBase& grid, const std::string& wher
 }
 
 Result<Frame> frameOf(const VdbGrid& whole, double time, const std::optional<double>& iso,
-                      const std::string& where) {
+                      const Place& where) {
   const auto& [grid, values] = whole;
   if (auto kind = kindOf(*grid, where); !kind) return kind.error();
   if (auto floats = openvdb::gridConstPtrCast<openvdb::FloatGrid>(grid)) {

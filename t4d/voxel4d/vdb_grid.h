@@ -37,11 +37,11 @@ enum class GridKind : std::uint8_t { Values, Mask };
 
 /// Whether the grid has values (float, double) or only an inside (bool, mask). Fails for other
 /// types.
-Result<GridKind> kindOf(const openvdb::GridBase& grid, const std::string& where);
+Result<GridKind> kindOf(const openvdb::GridBase& grid, const Place& where);
 
 /// Fails for all transforms except a uniform scale with a translation; the error says what was
 /// found.
-Result<Lattice> latticeOf(const openvdb::GridBase& grid, const std::string& where);
+Result<Lattice> latticeOf(const openvdb::GridBase& grid, const Place& where);
 
 /// A grid, and the values of its leaf nodes if its tree has none (VdbTree).
 struct VdbGrid {
@@ -54,7 +54,7 @@ struct VdbGrid {
 /// bool grids; and active points of mask grids. Fails for a background that is inside, values that
 /// are not finite, and points farther than kMaxCoordinate from the origin.
 Result<Frame> frameOf(const VdbGrid& grid, double time, const std::optional<double>& iso,
-                      const std::string& where);
+                      const Place& where);
 
 /// The inside points of a frame as a bool grid: they are true and active.
 openvdb::BoolGrid::Ptr boolGridOf(const Frame& frame, const Lattice& lattice);

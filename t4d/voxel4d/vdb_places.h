@@ -17,7 +17,7 @@ namespace t4d::voxel4d {
 struct VdbPlace {
   std::filesystem::path file;
   std::size_t grid = 0;  ///< in the file
-  std::string where;     ///< for errors: file and grid
+  Place where;           ///< for errors: file and grid
   openvdb::GridBase::ConstPtr header;
   double time = 0;  ///< of the frame
 };

@@ -36,7 +36,7 @@ struct Component {
 
 /// Fails for an active value that is not finite; those that are zero become inactive.
 template <class Grid>
-Result<void> judgeValues(Grid& grid, const std::string& where) {
+Result<void> judgeValues(Grid& grid, const Place& where) {
   using Value = typename Grid::ValueType;
   for (auto value = grid.cbeginValueOn(); value; ++value) {
     if (openvdb::math::isFinite(*value)) continue;
@@ -58,7 +58,7 @@ class VdbVelocity : public VelocitySource {
   VdbVelocity(std::vector<std::vector<VdbPlace>> places, const Lattice& lattice)
       : places_(std::move(places)), lattice_(lattice) {}
 
-  std::string nameOf(std::size_t index) const override { return places_[0][index].where; }
+  Place placeOf(std::size_t index) const override { return places_[0][index].where; }
 
   Result<VelocityField> field(std::size_t index) override {
     const VdbTreeOptions inMemory = {std::numeric_limits<std::size_t>::max(), {}};
@@ -91,8 +91,8 @@ class VdbVelocity : public VelocitySource {
   }
 
  private:
-  static Result<void> addVector(openvdb::GridBase& any, const Lattice& lattice,
-                                const std::string& where, std::vector<Component>& into) {
+  static Result<void> addVector(openvdb::GridBase& any, const Lattice& lattice, const Place& where,
+                                std::vector<Component>& into) {
     const auto grid = openvdb::gridPtrCast<openvdb::Vec3SGrid>(any.copyGrid());
     if (auto good = judgeValues(*grid, where); !good) return good;
     const bool staggered = any.getGridClass() == openvdb::GRID_STAGGERED;
@@ -108,8 +108,8 @@ class VdbVelocity : public VelocitySource {
     return {};
   }
 
-  static Result<void> addFloat(openvdb::GridBase& any, const Lattice& lattice,
-                               const std::string& where, std::vector<Component>& into) {
+  static Result<void> addFloat(openvdb::GridBase& any, const Lattice& lattice, const Place& where,
+                               std::vector<Component>& into) {
     const auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(any.copyGrid());
     if (auto good = judgeValues(*grid, where); !good) return good;
     into.push_back({lattice, [grid](const openvdb::Coord& point) -> std::optional<double> {

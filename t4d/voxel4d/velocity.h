@@ -21,8 +21,8 @@ struct VelocityField {
 class VelocitySource {
  public:
   virtual ~VelocitySource() = default;
-  /// What errors say of the velocities of a frame: their file and grid.
-  virtual std::string nameOf(std::size_t index) const = 0;
+  /// The place of errors about the velocities of a frame: their file and grid.
+  virtual Place placeOf(std::size_t index) const = 0;
   /// Called once for each frame, in order. The field keeps what it needs.
   virtual Result<VelocityField> field(std::size_t index) = 0;
 };

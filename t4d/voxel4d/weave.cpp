@@ -111,15 +111,15 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
     if (!frame) return frame.error();
     auto checked = checkFrame(*frame);
     if (checked) checked = checkPlace(*frame, place);
-    if (!checked) return invalid(checked.error().message, frames.nameOf(i));
+    if (!checked) return invalid(checked.error().message, frames.placeOf(i));
     if (!(std::abs(frame->time) <= model::kLargestCoordinate)) {
       return invalid(fmt::format("is at time {}; the largest possible is {}", frame->time,
                                  model::kLargestCoordinate),
-                     frames.nameOf(i));
+                     frames.placeOf(i));
     }
     auto layer = FrameLayer::of(std::move(*frame), lattice, options.largeFrame);
     if (!layer) {
-      layer.error().where = frames.nameOf(i);
+      layer.error().where = frames.placeOf(i);
       return layer.error();
     }
     FrameLayer& after = *layer;
@@ -132,7 +132,7 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
     if (!isFirst && end - begin < model::kSmallestExtent) {
       return invalid(fmt::format("is {} after the frame before it; at least {} is possible",
                                  end - begin, model::kSmallestExtent),
-                     frames.nameOf(i));
+                     frames.placeOf(i));
     }
     // A cap of half a step waits for the second frame, which says how long a step is.
     if (half && !isFirst && i == 1) {

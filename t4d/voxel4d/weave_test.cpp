@@ -395,7 +395,7 @@ TEST(Weave, WhatLiesTooFarFromTheOriginIsRefused) {
     if (!report) {
       ++refused;
       EXPECT_GT(away, 1e6);
-      EXPECT_EQ(report.error().where, "frame 0");
+      EXPECT_EQ(report.error().where.text(), "frame 0");
       EXPECT_NE(report.error().message.find("voxels from the origin of space"), std::string::npos)
           << report.error().message;
       continue;

@@ -35,7 +35,7 @@ int test(std::span<const std::uint8_t> bytes) {
   const auto cache = bytes.front() == 'm' ? formats::openMdd(std::move(source))
                                           : formats::openPc2(std::move(source));
   if (!cache) {
-    must(!cache.error().message.empty() && cache.error().where.starts_with("cache"),
+    must(!cache.error().message.empty() && cache.error().where.file.starts_with("cache"),
          "a refusal says what and where");
     return 0;
   }

@@ -12,7 +12,7 @@ inline constexpr double kFewKeys = 1e30;
 /// A mesh that is read is valid; an error has a message and names a place in `path`.
 inline void checkLoaded(const Result<formats::LoadedMesh>& loaded, const std::string& path) {
   if (!loaded) {
-    must(!loaded.error().message.empty() && loaded.error().where.starts_with(path),
+    must(!loaded.error().message.empty() && loaded.error().where.file.starts_with(path),
          "a refusal says what and where");
     return;
   }
@@ -34,7 +34,7 @@ inline void checkLoaded(const Result<formats::LoadedMesh>& loaded, const std::st
 /// place in `path`.
 inline void checkAnimation(const Result<formats::AnimatedScene>& scene, const std::string& path) {
   if (!scene) {
-    must(!scene.error().message.empty() && scene.error().where.starts_with(path),
+    must(!scene.error().message.empty() && scene.error().where.file.starts_with(path),
          "a refusal says what and where");
     return;
   }

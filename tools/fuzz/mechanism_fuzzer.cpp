@@ -15,7 +15,7 @@ namespace {
 void checkTable(const std::string& text) {
   const auto table = formats::readJointTable({"joints.csv", text}, "s");
   if (!table) {
-    must(!table.error().message.empty() && table.error().where.starts_with("joints.csv"),
+    must(!table.error().message.empty() && table.error().where.file.starts_with("joints.csv"),
          "a refusal says what and where");
     return;
   }

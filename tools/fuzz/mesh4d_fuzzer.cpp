@@ -49,7 +49,7 @@ int test(std::span<const std::uint8_t> input) {
   must(unpacks(format.id) || heap.peak() <= 512 * input.size() + 65536,
        "reading takes " + std::to_string(heap.peak()) + " bytes");
   if (!loaded) {
-    must(!loaded.error().message.empty() && loaded.error().where.starts_with("mesh"),
+    must(!loaded.error().message.empty() && loaded.error().where.file.starts_with("mesh"),
          "a refusal says what and where");
     return 0;
   }

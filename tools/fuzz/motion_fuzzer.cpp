@@ -25,7 +25,7 @@ int test(std::span<const std::uint8_t> bytes) {
   const auto motion = text.starts_with('{') ? formats::parseMotion(text, "motion")
                                             : formats::readMotionCsv({"motion", text});
   if (!motion) {
-    must(!motion.error().message.empty() && motion.error().where.starts_with("motion"),
+    must(!motion.error().message.empty() && motion.error().where.file.starts_with("motion"),
          "a refusal says what and where");
     return 0;
   }

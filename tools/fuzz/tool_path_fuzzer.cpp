@@ -27,7 +27,7 @@ int test(std::span<const std::uint8_t> bytes) {
   const auto path =
       locations ? formats::readCutterLocations(file, coarse) : formats::readGcode(file, coarse);
   if (!path) {
-    must(!path.error().message.empty() && path.error().where.starts_with("path"),
+    must(!path.error().message.empty() && path.error().where.file.starts_with("path"),
          "a refusal says what and where");
     return 0;
   }

@@ -98,12 +98,10 @@ std::string mendingHint(const std::string& path) {
   return fmt::format("t4d mend {} -o {}", quoted(path), freeName(path, "-mended", ".ply"));
 }
 
-/// The file that an error refers to, without the location in it.
+/// The file that an error refers to; empty if it refers to a part, such as a file that this one
+/// names.
 std::string fileOf(const Error& error) {
-  if (!error.offset) return error.where;
-  const std::string place = fmt::format(": byte {}", *error.offset);
-  if (!error.where.ends_with(place)) return {};
-  return error.where.substr(0, error.where.size() - place.size());
+  return error.offset || error.where == error.where.file ? error.where.file : std::string();
 }
 
 }  // namespace
@@ -137,11 +135,11 @@ std::string hintFor(const Error& error) {
       }
       return "try: --grid NAME, to use only grids of that name";
     case Remedy::ConeCaps: {
-      const std::string hint = mendingHint(error.where);
+      const std::string hint = mendingHint(fileOf(error));
       return hint.empty() ? "try: --caps cone" : fmt::format("try: {}, or --caps cone", hint);
     }
     case Remedy::Mend: {
-      const std::string hint = mendingHint(error.where);
+      const std::string hint = mendingHint(fileOf(error));
       return hint.empty() ? hint : "try: " + hint;
     }
     case Remedy::Remesh:

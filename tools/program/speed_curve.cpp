@@ -152,7 +152,7 @@ Result<std::vector<double>> timesOfCurve(const std::string& path, const model::T
               "{}",
               time, curve->rows[0].playback + static_cast<double>(frame) / framesPerSecond,
               span.begin, span.end),
-          fmt::format("{}:{}", path, curve->rows[after].line));
+          Place(path, curve->rows[after].line));
     }
     times.push_back(time);
   }

@@ -93,7 +93,7 @@ double largestExtent(const MovingShape& shape, std::size_t vertexCount,
 }
 
 Result<double> chosenTolerance(const std::optional<double>& given, double largestExtent,
-                               std::string where) {
+                               Place where) {
   const double tolerance = given.value_or(largestExtent / 1000);
   if (tolerance > 0 && std::isfinite(tolerance)) return tolerance;
   return invalid(given ? fmt::format("the tolerance is {}; it must be a positive length", tolerance)

@@ -38,7 +38,7 @@ class KeyDivider {
 
   /// `where` is that of errors.
   KeyDivider(const MovingShape& shape, const model::TriangleMesh& mesh, const Limits& limits,
-             std::string where)
+             Place where)
       : shape_(shape),
         triangles_(mesh.triangles),
         limits_(limits),
@@ -57,7 +57,7 @@ class KeyDivider {
   const MovingShape& shape_;
   std::span<const model::Triangle> triangles_;
   Limits limits_;
-  std::string where_;
+  Place where_;
   std::vector<model::Point3> from_;
   std::vector<model::Point3> to_;
   std::size_t keys_ = 0;
@@ -70,6 +70,6 @@ double largestExtent(const MovingShape& shape, std::size_t vertexCount,
 /// The tolerance that is given, or a thousandth of the largest extent of all shapes. Fails if it is
 /// no positive length; `where` is that of the error.
 Result<double> chosenTolerance(const std::optional<double>& given, double largestExtent,
-                               std::string where);
+                               Place where);
 
 }  // namespace t4d::formats

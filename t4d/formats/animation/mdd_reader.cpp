@@ -16,7 +16,7 @@ constexpr std::size_t kMddHeaderBytes = 8;
 
 Result<PointCache> openMdd(std::unique_ptr<ByteSource> source) {
   const auto at = [&](std::uint64_t byte) {
-    return fmt::format("{}: byte {}", source->name(), byte);
+    return placeIn(source->name(), fmt::format("byte {}", byte));
   };
   if (source->size() < kMddHeaderBytes) {
     return invalid(fmt::format("the file ends in the header of {} bytes", kMddHeaderBytes),

@@ -19,7 +19,7 @@ constexpr std::string_view kPc2Signature{"POINTCACHE2\0", 12};
 
 Result<PointCache> openPc2(std::unique_ptr<ByteSource> source) {
   const auto at = [&](std::uint64_t byte) {
-    return fmt::format("{}: byte {}", source->name(), byte);
+    return placeIn(source->name(), fmt::format("byte {}", byte));
   };
   if (source->size() < kPc2HeaderBytes) {
     return invalid(fmt::format("the file ends in the header of {} bytes", kPc2HeaderBytes),

@@ -9,8 +9,8 @@ namespace {
 
 constexpr std::uint64_t kPointBytes = 3 * sizeof(float);
 
-std::string cacheByte(const ByteSource& source, std::uint64_t offset) {
-  return fmt::format("{}: byte {}", source.name(), offset);
+Place cacheByte(const ByteSource& source, std::uint64_t offset) {
+  return placeIn(source.name(), fmt::format("byte {}", offset));
 }
 
 }  // namespace

@@ -61,7 +61,7 @@ std::size_t componentBytes(int type) {
 
 class AccessorReader {
  public:
-  AccessorReader(const tinygltf::Model& model, std::string where)
+  AccessorReader(const tinygltf::Model& model, Place where)
       : model_(model), where_(std::move(where)) {}
 
   Result<std::vector<double>> read(const tinygltf::Accessor& accessor, int components) const {
@@ -176,14 +176,14 @@ class AccessorReader {
   }
 
   const tinygltf::Model& model_;
-  std::string where_;
+  Place where_;
 };
 
 }  // namespace
 
 Result<std::vector<double>> readGltfAccessor(const InputFile& file, const tinygltf::Model& model,
                                              int accessor, int components) {
-  const std::string where = fmt::format("{}: accessors[{}]", file.path.string(), accessor);
+  const Place where = gltfElement(file, "accessors", accessor);
   if (accessor < 0 || static_cast<std::size_t>(accessor) >= model.accessors.size()) {
     return invalid(fmt::format("does not exist; there are {}", model.accessors.size()), where);
   }

@@ -353,7 +353,7 @@ TEST_P(DamagedGltfAnimation, IsReadOrRefused) {
   const auto judge = [](const InputFile& file) {
     const auto scene = readGltfAnimation(file, {"", "", 0.5});
     if (!scene) {
-      EXPECT_TRUE(scene.error().where.starts_with(file.path.string())) << scene.error().text();
+      EXPECT_TRUE(scene.error().where.file.starts_with(file.path.string())) << scene.error().text();
       return;
     }
     for (const AnimatedBody& body : scene->bodies) {

@@ -35,8 +35,8 @@ double turnBetween(const VectorXd& a, const VectorXd& b) {
 
 Result<GltfCurve> GltfCurve::read(const InputFile& file, const tinygltf::Model& model,
                                   int animation, int sampler, Kind kind, int width) {
-  const std::string where =
-      fmt::format("{}: animations[{}].samplers[{}]", file.path.string(), animation, sampler);
+  const Place where =
+      gltfElement(file, "animations", animation, fmt::format(".samplers[{}]", sampler));
   const auto* from =
       elementAt(model.animations[static_cast<std::size_t>(animation)].samplers, sampler);
   if (from == nullptr) return invalid("does not exist", where);

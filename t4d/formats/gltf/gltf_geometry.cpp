@@ -15,10 +15,6 @@ constexpr std::size_t kMostInstanced = std::size_t{1} << 26;
 
 }  // namespace
 
-std::string gltfElement(const InputFile& file, const char* kind, int index) {
-  return fmt::format("{}: {}[{}]", file.path.string(), kind, index);
-}
-
 int gltfTargetCount(const tinygltf::Model& model, int mesh) {
   const auto* found = elementAt(model.meshes, mesh);
   std::size_t count = 0;
@@ -80,7 +76,7 @@ Result<void> GltfGeometry::addMesh(int index, const Eigen::Affine3d& world) {
   const auto [first, added] = placesOf_.try_emplace(index, places_.size());
   for (std::size_t i = 0; i < mesh->primitives.size(); ++i) {
     if (added) {
-      places_.push_back(fmt::format("{}.primitives[{}]", gltfElement(file_, "meshes", index), i));
+      places_.push_back(gltfElement(file_, "meshes", index, fmt::format(".primitives[{}]", i)));
     }
     place_ = first->second + i;
     if (auto done = readPrimitive(mesh->primitives[i], world); !done) return done;
@@ -139,7 +135,7 @@ Result<std::vector<std::uint64_t>> GltfGeometry::cornersOf(const tinygltf::Primi
     const auto corner = static_cast<std::uint64_t>(std::max(number, 0.0));
     if (static_cast<double>(corner) != number || corner >= pointCount) {
       return invalid(fmt::format("index {} is {}, but {} has {} positions", corners.size(), number,
-                                 places_[place_], pointCount),
+                                 places_[place_].text(), pointCount),
                      gltfElement(file_, "accessors", primitive.indices));
     }
     corners.push_back(corner);

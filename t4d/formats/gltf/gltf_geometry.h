@@ -47,7 +47,7 @@ class GltfGeometry {
 
   const InputFile& file_;
   const tinygltf::Model& model_;
-  std::vector<std::string> places_;
+  std::vector<Place> places_;
   std::map<int, std::size_t> placesOf_;  // a mesh's first
   std::size_t place_ = 0;                // the present one
   std::vector<Part> parts_;
@@ -67,8 +67,5 @@ Result<void> checkGltfCost(const InputFile& file, const tinygltf::Model& model,
 
 /// The most morph targets of a mesh's primitives; 0 without the mesh.
 int gltfTargetCount(const tinygltf::Model& model, int mesh);
-
-/// "FILE: KIND[INDEX]", for `where` of errors.
-std::string gltfElement(const InputFile& file, const char* kind, int index);
 
 }  // namespace t4d::formats

@@ -57,8 +57,8 @@ class HierarchyReader {
     found_.weights.resize(model_.nodes.size(), nullptr);
     for (std::size_t i = 0; i < animation.channels.size(); ++i) {
       const auto& channel = animation.channels[i];
-      const std::string where =
-          fmt::format("{}.channels[{}]", gltfElement(file_, "animations", animation_), i);
+      const Place where =
+          gltfElement(file_, "animations", animation_, fmt::format(".channels[{}]", i));
       auto* node = nodeAt(channel.target_node);
       const std::string& path = channel.target_path;
       const bool known =

@@ -24,7 +24,7 @@ class InstanceReader {
   InstanceReader(const InputFile& file, const tinygltf::Model& model, int node)
       : file_(file),
         model_(model),
-        where_(fmt::format("{}.{}", gltfElement(file, "nodes", node), kInstancing)) {}
+        where_(gltfElement(file, "nodes", node, fmt::format(".{}", kInstancing))) {}
 
   Result<std::size_t> count(const tinygltf::Value& extension) {
     if (!extension.IsObject() || !extension.Get("attributes").IsObject() ||
@@ -136,7 +136,7 @@ class InstanceReader {
 
   const InputFile& file_;
   const tinygltf::Model& model_;
-  std::string where_;
+  Place where_;
   int translation_ = -1;
   int rotation_ = -1;
   int scale_ = -1;

@@ -179,4 +179,8 @@ Result<GltfModel> loadGltfModel(const InputFile& file) {
   return loaded;
 }
 
+Place gltfElement(const InputFile& file, const char* kind, int index, const std::string& member) {
+  return placeIn(file.path.string(), fmt::format("{}[{}]{}", kind, index, member));
+}
+
 }  // namespace t4d::formats

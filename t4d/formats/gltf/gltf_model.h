@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include <tiny_gltf.h>
@@ -28,6 +29,10 @@ Result<GltfModel> loadGltfModel(const InputFile& file);
 /// buffers. `where` of an error names the accessor.
 Result<std::vector<double>> readGltfAccessor(const InputFile& file, const tinygltf::Model& model,
                                              int accessor, int components);
+
+/// FILE: KIND[INDEX], for `where` of errors; `member` follows, as in `.channels[0]`.
+Place gltfElement(const InputFile& file, const char* kind, int index,
+                  const std::string& member = {});
 
 /// The element that a glTF index refers to; null if there is none.
 template <class T>

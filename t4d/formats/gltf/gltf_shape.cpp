@@ -74,7 +74,7 @@ class ShapeReader {
   /// vertex differ.
   template <class T, class Same>
   Result<std::vector<T>> ofVertices(const std::vector<T>& ofPoints, const FilePoints& points,
-                                    std::size_t vertices, const std::string& where,
+                                    std::size_t vertices, const Place& where,
                                     const Same& same) const {
     std::vector<T> result(vertices);
     std::vector<std::uint32_t> pointOf(vertices, FilePoints::kUnused);
@@ -98,7 +98,7 @@ class ShapeReader {
                            const FilePoints& points, GltfShape& shape) const {
     const auto count = static_cast<std::size_t>(gltfTargetCount(model_, node.mesh));
     if (count == 0) return {};
-    const std::string where = gltfElement(file_, "meshes", node.mesh);
+    const Place where = gltfElement(file_, "meshes", node.mesh);
     const auto& mesh = model_.meshes[static_cast<std::size_t>(node.mesh)];
     const auto& weights = node.weights.empty() ? mesh.weights : node.weights;
     if (!weights.empty() && weights.size() != count) {
@@ -149,7 +149,7 @@ class ShapeReader {
 
   Result<void> readSkin(const tinygltf::Node& node, std::span<const GltfGeometry::Part> parts,
                         const FilePoints& points, GltfShape& shape) const {
-    const std::string where = gltfElement(file_, "skins", node.skin);
+    const Place where = gltfElement(file_, "skins", node.skin);
     const auto* skin = elementAt(model_.skins, node.skin);
     if (skin == nullptr) return invalid("does not exist", where);
     std::vector<double> inverseBinds;
@@ -200,7 +200,7 @@ class ShapeReader {
 
   /// All sets of joints and weights, by joint, without zeros, with the sum 1.
   Result<void> addGltfInfluences(const tinygltf::Primitive& primitive, std::size_t joints,
-                                 const std::string& where,
+                                 const Place& where,
                                  std::vector<std::vector<GltfInfluence>>& ofPoints) const {
     for (int set = 0;; ++set) {
       const auto jointsOf = primitive.attributes.find(fmt::format("JOINTS_{}", set));

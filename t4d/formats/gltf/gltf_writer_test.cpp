@@ -146,7 +146,7 @@ TEST(GltfWriter, WritesAValidSceneOfNothing) {
 TEST(GltfWriter, RefusesWhatCannotBeWritten) {
   const auto path = temporaryPath("refused.glb");
   auto named = box(1e39);
-  EXPECT_EQ(writeTriangleMeshes(path, std::vector{named}).error().where,
+  EXPECT_EQ(writeTriangleMeshes(path, std::vector{named}).error().where.text(),
             path.string() + ": mesh 'box'");
   EXPECT_EQ(writeTriangleMeshes(path, {}, {.placement = {0}}).error().message,
             "0 metres for a unit of length, expected more than 0");

@@ -105,8 +105,8 @@ class G4mfReader {
     }
     if (cameras_) skipped.emplace_back("cameras");
     if (!skipped.empty()) {
-      loaded_.losses.push_back(
-          fmt::format("{}: {} are not read", file_.wrong("").where, fmt::join(skipped, ", ")));
+      loaded_.losses.push_back(fmt::format("{}: {} are not read", file_.wrong("").where.text(),
+                                           fmt::join(skipped, ", ")));
     }
     loaded_.otherFiles = file_.otherFiles();
     return std::move(loaded_);
@@ -213,8 +213,10 @@ class G4mfReader {
 
   Result<void> readMesh(std::uint64_t number, const Placement& placement, const std::string& name) {
     const json& mesh = file_.document()["meshes"][number];
-    const std::string where = fmt::format("{}: mesh {}", file_.wrong("").where, number);
-    Mesh4dBuilder builder(where, [&](auto i) { return fmt::format("{}, element {}", where, i); });
+    const Place file = file_.wrong("").where;
+    Mesh4dBuilder builder(placeIn(file, fmt::format("mesh {}", number)), [&](auto i) {
+      return placeIn(file, fmt::format("mesh {}, element {}", number, i));
+    });
     const auto shared = file_.index(mesh, "vertices", "accessors");
     if (!shared) return shared.error();
     if (*shared) {

@@ -40,7 +40,7 @@ Result<LoadedMesh4d> GmshMesh::finish(std::string dialect) && {
   }
   for (std::size_t i = 0; i < points_.size(); ++i) {
     if (!hasTime_[i]) {
-      return invalid(fmt::format("node {} has no time", tags_[i]), placeText_(places_[i]));
+      return invalid(fmt::format("node {} has no time", tags_[i]), placeOf_(places_[i]));
     }
     if (auto added = mesh_.addVertex(points_[i], places_[i]); !added) return added.error();
   }

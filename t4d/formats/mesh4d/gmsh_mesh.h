@@ -17,8 +17,8 @@ class GmshMesh {
  public:
   using Place = Mesh4dBuilder::Place;
 
-  GmshMesh(const std::filesystem::path& path, Mesh4dBuilder::PlaceText placeText)
-      : path_(path.string()), placeText_(placeText), mesh_(path_, std::move(placeText)) {}
+  GmshMesh(const std::filesystem::path& path, Mesh4dBuilder::PlaceOf placeOf)
+      : path_(path.string()), placeOf_(placeOf), mesh_(path_, std::move(placeOf)) {}
 
   void nameGroup(std::int64_t group, std::string name) { groupNames_[group] = std::move(name); }
   void setGroup(std::int64_t volume, std::int64_t group) { groupOf_[volume] = group; }
@@ -56,7 +56,7 @@ class GmshMesh {
   };
 
   std::string path_;
-  Mesh4dBuilder::PlaceText placeText_;
+  Mesh4dBuilder::PlaceOf placeOf_;
   Mesh4dBuilder mesh_;
   std::vector<model::Point4> points_;
   std::vector<bool> hasTime_;

@@ -58,15 +58,15 @@ void Mesh4dBuilder::reserve(std::size_t vertices, std::size_t cells) {
 
 Result<void> Mesh4dBuilder::addVertex(const Point4& vertex, Place place) {
   if (!vertex.allFinite()) {
-    return invalid("a coordinate is not finite", placeText_(place));
+    return invalid("a coordinate is not finite", placeOf_(place));
   }
   if (vertex.cwiseAbs().maxCoeff() > model::kLargestCoordinate) {
     return invalid(fmt::format("a coordinate is beyond {}: its hypervolume is too large to compute",
                                model::kLargestCoordinate),
-                   placeText_(place));
+                   placeOf_(place));
   }
   if (vertices_.size() == kMostVertices) {
-    return invalid("there are more vertices than 32-bit indices can number", placeText_(place));
+    return invalid("there are more vertices than 32-bit indices can number", placeOf_(place));
   }
   vertices_.push_back(vertex);
   return {};
@@ -79,7 +79,7 @@ Result<void> Mesh4dBuilder::addCell(const std::array<std::uint64_t, 4>& corners,
     if (corners[i] >= kMostVertices) {
       return invalid(fmt::format("a tetrahedron refers to vertex {}, but there are fewer",
                                  corners[i] + firstIndex_),
-                     placeText_(place));
+                     placeOf_(place));
     }
     cell[i] = static_cast<std::uint32_t>(corners[i]);
     if (cell[i] > largestCorner_ || cells_.empty()) {
@@ -142,7 +142,7 @@ Result<void> Mesh4dBuilder::checkCorners() const {
       fmt::format("a tetrahedron refers to vertex {}, but there are {} vertices, "
                   "numbered from {}",
                   std::uint64_t{largestCorner_} + firstIndex_, vertices_.size(), firstIndex_),
-      placeText_(placeOfLargest_));
+      placeOf_(placeOfLargest_));
 }
 
 std::vector<Mesh4d> Mesh4dBuilder::split(const std::vector<std::int64_t>& parts,
@@ -186,8 +186,8 @@ Result<LoadedMesh4d> Mesh4dBuilder::finish(const std::map<std::int64_t, std::str
   if (cells_.empty()) return invalid("holds no tetrahedra", file_);
   LoadedMesh4d loaded;
   if (!droppedCells_.empty()) {
-    loaded.notices.push_back(fmt::format("{}: dropped {} tetrahedra with two equal corners", file_,
-                                         droppedCells_.size()));
+    loaded.notices.push_back(fmt::format("{}: dropped {} tetrahedra with two equal corners",
+                                         file_.text(), droppedCells_.size()));
     std::vector<std::uint32_t> kept;
     auto dropped = droppedCells_.begin();
     for (std::uint32_t i = 0; i < cells_.size() + droppedCells_.size(); ++i) {
@@ -208,7 +208,7 @@ Result<LoadedMesh4d> Mesh4dBuilder::finish(const std::map<std::int64_t, std::str
   if (together) {
     loaded.notices.push_back(
         fmt::format("{}: {} groups of tetrahedra are one body: they are not closed by themselves",
-                    file_, parts.size()));
+                    file_.text(), parts.size()));
     parts_.clear();
     parts = {firstPart_};
   }
@@ -220,7 +220,7 @@ Result<LoadedMesh4d> Mesh4dBuilder::finish(const std::map<std::int64_t, std::str
   const auto unused = std::ranges::count(used, false);
   if (unused > 0) {
     loaded.notices.push_back(
-        fmt::format("{}: dropped {} vertices without tetrahedra", file_, unused));
+        fmt::format("{}: dropped {} vertices without tetrahedra", file_.text(), unused));
   }
   if (parts.size() == 1 && unused == 0) {
     Mesh4d body{{}, std::move(vertices_), std::move(cells_), std::move(attributes_)};

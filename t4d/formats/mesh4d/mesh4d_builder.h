@@ -14,13 +14,13 @@ namespace t4d::formats {
 /// Checks the vertices and tetrahedra of a file and makes bodies of them.
 class Mesh4dBuilder {
  public:
-  /// A place in the file; `PlaceText` turns it into the `where` of an error.
+  /// A place in the file; `PlaceOf` turns it into the `where` of an error.
   using Place = std::uint64_t;
-  using PlaceText = std::function<std::string(Place)>;
+  using PlaceOf = std::function<t4d::Place(Place)>;
 
   /// `firstIndex` is how the format counts vertices, for messages: from 0 or from 1.
-  Mesh4dBuilder(std::string file, PlaceText placeText, unsigned firstIndex = 0)
-      : file_(std::move(file)), placeText_(std::move(placeText)), firstIndex_(firstIndex) {}
+  Mesh4dBuilder(t4d::Place file, PlaceOf placeOf, unsigned firstIndex = 0)
+      : file_(std::move(file)), placeOf_(std::move(placeOf)), firstIndex_(firstIndex) {}
 
   /// Reserves memory; the caller has checked the counts against the size of the file.
   void reserve(std::size_t vertices, std::size_t cells);
@@ -60,8 +60,8 @@ class Mesh4dBuilder {
   std::vector<Mesh4d> split(const std::vector<std::int64_t>& parts,
                             const std::map<std::int64_t, std::string>& names);
 
-  std::string file_;
-  PlaceText placeText_;
+  t4d::Place file_;
+  PlaceOf placeOf_;
   unsigned firstIndex_;
   std::vector<model::Point4> vertices_;
   std::vector<model::Cell> cells_;

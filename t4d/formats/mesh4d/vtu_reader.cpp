@@ -38,7 +38,7 @@ class VtuReader {
         vtu_(vtu),
         mesh_(file.path.string(),
               [&file](auto index) {
-                return fmt::format("{}: element {}", file.path.string(), index);
+                return placeIn(file.path.string(), fmt::format("element {}", index));
               }),
         data_(vtu) {}
 

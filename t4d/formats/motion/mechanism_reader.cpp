@@ -53,7 +53,7 @@ struct JointValues {
 /// A body as the file has it.
 struct FileBody {
   const json* value = nullptr;
-  std::string where;
+  Place where;
   std::string name;
   std::string parent;
   JointKind kind = JointKind::Fixed;
@@ -67,7 +67,7 @@ class MechanismParser {
   explicit MechanismParser(const InputFile& file) : file_(file), name_(file.path.string()) {}
 
   Result<LoadedMechanism> parse(const json& value) {
-    const JsonObject whole(value, name_ + ": mechanism",
+    const JsonObject whole(value, placeIn(name_, "mechanism"),
                            {"$schema", "length_unit", "time_unit", "angle_unit", "bodies"});
     loaded_.lengthUnit = whole.text("length_unit");
     loaded_.timeUnit = whole.text("time_unit");
@@ -82,7 +82,7 @@ class MechanismParser {
                  whole.where("bodies"));
     }
     for (const json& body : whole.array("bodies")) {
-      readBody(body, fmt::format("{}: bodies[{}]", name_, bodies_.size()));
+      readBody(body, placeIn(name_, fmt::format("bodies[{}]", bodies_.size())));
     }
     if (bodies_.empty()) refuseJson("is empty, expected a body or more", whole.where("bodies"));
     sortBodies(whole.where("bodies"));
@@ -102,13 +102,13 @@ class MechanismParser {
   }
 
  private:
-  static JsonObject bodyObject(const json& value, const std::string& where) {
+  static JsonObject bodyObject(const json& value, const Place& where) {
     return {value,
             where,
             {"name", "solid", "unit", "position", "quaternion", "parent", "joint", "motion"}};
   }
 
-  void readBody(const json& value, const std::string& where) {
+  void readBody(const json& value, const Place& where) {
     const JsonObject object = bodyObject(value, where);
     FileBody body;
     body.value = &value;
@@ -121,7 +121,7 @@ class MechanismParser {
     for (const FileBody& other : bodies_) {
       if (other.name != body.name) continue;
       refuseJson(fmt::format("is '{}', the name of {}; give each body its own", body.name,
-                             other.where.substr(name_.size() + 2)),
+                             other.where.part),
                  object.where("name"));
     }
     body.parent = object.text("parent");
@@ -129,7 +129,7 @@ class MechanismParser {
     bodies_.push_back(std::move(body));
   }
 
-  void readJoint(const json& value, const std::string& where, FileBody& body) {
+  void readJoint(const json& value, const Place& where, FileBody& body) {
     const JsonObject joint(value, where, {"type", "axis", "origin", "pitch", "limits"});
     joint.need("type");
     const std::string type = joint.text("type");
@@ -173,7 +173,7 @@ class MechanismParser {
     body.limits = {limits[0], limits[1]};
   }
 
-  static void checkSize(double magnitude, const std::string& where) {
+  static void checkSize(double magnitude, const Place& where) {
     if (magnitude <= model::kLargestCoordinate) return;
     refuseJson(fmt::format("has a magnitude of {:.3g}; the largest possible is {}", magnitude,
                            model::kLargestCoordinate),
@@ -194,13 +194,13 @@ class MechanismParser {
   static std::string inSingleQuotes(const std::string& text) { return "'" + text + "'"; }
 
   /// Finds the parents, and which links come first.
-  void sortBodies(const std::string& where) {
+  void sortBodies(const Place& where) {
     for (const FileBody& body : bodies_) {
       parents_.push_back(body.parent.empty() ? Link::kWorld : numberOf(body.parent));
       if (body.parent.empty() || parents_.back() != Link::kWorld) continue;
       refuseJson(
           fmt::format("is '{}', which is not a body; bodies are {}", body.parent, allNames()),
-          body.where + ".parent");
+          jsonPlace(body.where, ".parent"));
     }
     std::vector<std::size_t> cycle;
     order_ = parentsFirst(parents_, cycle);
@@ -236,7 +236,7 @@ class MechanismParser {
   const JointValues& valuesOf(std::size_t index, std::vector<std::size_t>& followers) {
     FileBody& body = bodies_[index];
     if (body.values) return *body.values;
-    const std::string where = body.where + ".motion";
+    const Place where = jsonPlace(body.where, ".motion");
     if (std::ranges::find(followers, index) != followers.end()) {
       refuseJson("follows itself, by way of the joints that it follows", where);
     }
@@ -279,7 +279,8 @@ class MechanismParser {
     std::vector<double> numbers;
     for (const json& one : object.array(key)) {
       if (!one.is_number()) {
-        refuseJson("is not a number", fmt::format("{}[{}]", object.where(key), numbers.size()));
+        refuseJson("is not a number",
+                   jsonPlace(object.where(key), fmt::format("[{}]", numbers.size())));
       }
       numbers.push_back(one.get<double>());
     }
@@ -332,7 +333,7 @@ class MechanismParser {
     return values;
   }
 
-  [[noreturn]] void refuseLengthUnit(const std::string& unit, const std::string& where) const {
+  [[noreturn]] void refuseLengthUnit(const std::string& unit, const Place& where) const {
     refuseJson(
         loaded_.lengthUnit.empty()
             ? fmt::format("is in '{}', and the mechanism has no length_unit; give it one", unit)
@@ -341,7 +342,7 @@ class MechanismParser {
         where);
   }
 
-  const JointTable& tableAt(const std::filesystem::path& path, const std::string& where) {
+  const JointTable& tableAt(const std::filesystem::path& path, const Place& where) {
     const auto known = tables_.find(path);
     if (known != tables_.end()) return known->second;
     auto file = readInputFile(path);
@@ -383,7 +384,7 @@ class MechanismParser {
     return values;
   }
 
-  void needAngleUnit(const std::string& where) const {
+  void needAngleUnit(const Place& where) const {
     if (!angleUnit_.empty()) return;
     refuseJson(
         "is an angle, and nothing says whether in degrees or radians: give the file an "
@@ -406,7 +407,7 @@ class MechanismParser {
     linkOf_[index] = number;
     Link link{
         body.name, parents_[index] == Link::kWorld ? Link::kWorld : linkOf_[parents_[index]], {}};
-    const std::string where = body.where + ".motion";
+    const Place where = jsonPlace(body.where, ".motion");
     if (body.values) {
       std::vector<double> values = body.values->values;
       if (body.kind != JointKind::Prismatic && angleUnit_ == "rad") {
@@ -422,7 +423,7 @@ class MechanismParser {
   }
 
   /// The motion of a free joint: a motion as in a file of its own, or the name of one.
-  model::Motion freeMotion(const json& value, const std::string& where) {
+  model::Motion freeMotion(const json& value, const Place& where) {
     if (!value.is_object() || !value.contains("file")) {
       auto motion = parseMotion(value.dump(), where);
       if (!motion) throw JsonRefusal{motion.error()};
@@ -446,7 +447,7 @@ class MechanismParser {
     return takeHalfTurns(std::move(*motion), path.string());
   }
 
-  void checkUnits(const model::Motion& motion, const std::string& where) {
+  void checkUnits(const model::Motion& motion, const Place& where) {
     takeTimeUnit(motion.timeUnit);
     if (loaded_.lengthUnit.empty()) loaded_.lengthUnit = motion.lengthUnit;
     const bool fits = (motion.timeUnit.empty() || motion.timeUnit == loaded_.timeUnit) &&
@@ -459,9 +460,9 @@ class MechanismParser {
         where);
   }
 
-  model::Motion takeHalfTurns(model::Motion motion, const std::string& where) {
+  model::Motion takeHalfTurns(model::Motion motion, const Place& where) {
     for (model::HalfTurn turn : motion.halfTurns) {
-      turn.between += " of " + where;
+      turn.between += " of " + where.text();
       loaded_.halfTurns.push_back(std::move(turn));
     }
     return motion;
@@ -492,7 +493,7 @@ class MechanismParser {
       const std::filesystem::path path = file_.path.parent_path() / object.text("solid");
       auto mesh = readSolid(path, solid, loaded_);
       if (!mesh) {
-        mesh.error().where = fmt::format("{}: {}", body.where, mesh.error().where);
+        mesh.error().where = placeIn(body.where, mesh.error().where.text());
         return mesh.error();
       }
       solid.mesh = std::move(*mesh);
@@ -517,10 +518,10 @@ class MechanismParser {
     }
   }
 
-  static model::TriangleMesh basicSolid(const json& value, const std::string& where) {
+  static model::TriangleMesh basicSolid(const json& value, const Place& where) {
     const JsonObject solid(value, where, {"box", "cylinder", "sphere"});
     if (value.size() != 1) refuseJson("expected one of box, cylinder and sphere", where);
-    const auto positive = [&](double size, const std::string& place) {
+    const auto positive = [&](double size, const Place& place) {
       if (size >= model::kSmallestExtent && size <= model::kLargestCoordinate) return size;
       refuseJson(fmt::format("has a size of {}, expected one from {} to {}", size,
                              model::kSmallestExtent, model::kLargestCoordinate),

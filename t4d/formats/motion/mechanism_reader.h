@@ -19,7 +19,7 @@ struct MechanismSolid {
   std::size_t link = 0;
   model::Pose place = {};  ///< of the mesh in the world, while the mechanism is at rest
   model::TriangleMesh mesh = {};
-  std::string where = {};  ///< the file of the mesh, or what describes it, for messages
+  Place where = {};  ///< the file of the mesh, or what describes it, for messages
 };
 
 struct LoadedMechanism {

@@ -330,7 +330,7 @@ TEST(MotionCsv, DamagedTablesAreReadOrRefused) {
     if (motion) {
       EXPECT_FALSE(motion->segments.empty());
     } else {
-      EXPECT_TRUE(motion.error().where.starts_with("p.csv"));
+      EXPECT_TRUE(motion.error().where.file.starts_with("p.csv"));
     }
   };
   for (std::size_t size = 0; size < table.size(); ++size) judge(table.substr(0, size));

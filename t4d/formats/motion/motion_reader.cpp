@@ -17,9 +17,9 @@ namespace {
 
 using nlohmann::json;
 
-model::ScrewRun screwRun(const json& value, const std::string& where) {
+model::ScrewRun screwRun(const json& value, Place where) {
   const JsonObject segment(
-      value, where,
+      value, std::move(where),
       {"duration", "axis_point", "axis_direction", "angle_degrees", "translation", "repeat"});
   model::ScrewRun run;
   segment.need("duration");
@@ -33,8 +33,8 @@ model::ScrewRun screwRun(const json& value, const std::string& where) {
   return run;
 }
 
-model::KeyPose keyPose(const json& value, const std::string& where) {
-  const JsonObject pose(value, where, {"time", "position", "quaternion"});
+model::KeyPose keyPose(const json& value, Place where) {
+  const JsonObject pose(value, std::move(where), {"time", "position", "quaternion"});
   model::KeyPose key;
   pose.need("time");
   key.time = pose.number("time", 0);
@@ -44,8 +44,8 @@ model::KeyPose keyPose(const json& value, const std::string& where) {
   return key;
 }
 
-Result<model::Motion> motionOf(const json& value, const std::string& name) {
-  const JsonObject file(value, name + ": motion",
+Result<model::Motion> motionOf(const json& value, const Place& name) {
+  const JsonObject file(value, placeIn(name, "motion"),
                         {"$schema", "length_unit", "time_unit", "start_time", "segments", "poses"});
   Result<model::Motion> motion;
   if (file.has("poses")) {
@@ -57,14 +57,16 @@ Result<model::Motion> motionOf(const json& value, const std::string& name) {
     }
     std::vector<model::KeyPose> poses;
     for (const json& pose : file.array("poses")) {
-      poses.push_back(keyPose(pose, fmt::format("{}.poses[{}]", file.where(), poses.size())));
+      poses.push_back(
+          keyPose(pose, jsonPlace(file.where("poses"), fmt::format("[{}]", poses.size()))));
     }
     motion = joinPoses(poses);
   } else {
     if (!file.has("segments")) refuseJson("lacks the key 'segments' or 'poses'", file.where());
     std::vector<model::ScrewRun> runs;
     for (const json& segment : file.array("segments")) {
-      runs.push_back(screwRun(segment, fmt::format("{}.segments[{}]", file.where(), runs.size())));
+      runs.push_back(
+          screwRun(segment, jsonPlace(file.where("segments"), fmt::format("[{}]", runs.size()))));
     }
     motion = chainScrews(file.number("start_time", 0), runs);
   }
@@ -81,7 +83,7 @@ Result<model::Motion> motionOf(const json& value, const std::string& name) {
 
 }  // namespace
 
-Result<model::Motion> parseMotion(const std::string& text, const std::string& name) try {
+Result<model::Motion> parseMotion(const std::string& text, const Place& name) try {
   // Of a key that comes twice the parser would keep the last value.
   if (auto good = checkJson(text, name); !good) return good.error();
   return motionOf(json::parse(text), name);

@@ -22,6 +22,6 @@ Result<model::Motion> readMotion(const std::filesystem::path& path, std::string*
                                  const MotionTableOptions& table = {});
 
 /// Parses the text of a JSON motion file; errors name the file `name`.
-Result<model::Motion> parseMotion(const std::string& text, const std::string& name);
+Result<model::Motion> parseMotion(const std::string& text, const Place& name);
 
 }  // namespace t4d::formats

@@ -95,7 +95,7 @@ class XmlTree {
     problem_ = problem;
     XML_StopParser(parser_, XML_FALSE);
   }
-  std::string here() const { return file_.atLine(XML_GetCurrentLineNumber(parser_)); }
+  Place here() const { return file_.atLine(XML_GetCurrentLineNumber(parser_)); }
 
   const InputFile& file_;
   XML_Parser parser_ = nullptr;
@@ -560,7 +560,7 @@ class UrdfReader {
           auto motion = motionOf(joint, rest_[index]);
           if (!motion) {
             motion.error().where =
-                fmt::format("{}: joint {}", file_.atLine(joint.line), inQuotes(joint.name));
+                placeIn(file_.atLine(joint.line), "joint " + inQuotes(joint.name));
             return motion.error();
           }
           link.motion = std::move(*motion);
@@ -674,7 +674,7 @@ class UrdfReader {
     if (!path) return path.error();
     auto mesh = readSolid(*path, solid, loaded_);
     if (!mesh) {
-      mesh.error().where = fmt::format("{}: {}", file_.atLine(shape.line), mesh.error().where);
+      mesh.error().where = placeIn(file_.atLine(shape.line), mesh.error().where.text());
       return mesh;
     }
     const auto scale = vector(shape, "scale", Eigen::Vector3d::Ones());

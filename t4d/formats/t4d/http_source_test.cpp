@@ -123,7 +123,7 @@ TEST_F(HttpSourceTest, AServerThatSaysNothingMoreIsLeft) {
   const auto source = openHttpSource(server_.url("stall/pattern.t4d"), timeouts);
   ASSERT_FALSE(source);
   EXPECT_EQ(source.error().code, ErrorCode::Io);
-  EXPECT_EQ(source.error().where, server_.url("stall/pattern.t4d"));
+  EXPECT_EQ(source.error().where.text(), server_.url("stall/pattern.t4d"));
   EXPECT_THAT(source.error().message, HasSubstr("too slow"));
   EXPECT_EQ(server_.requests("stall/").size(), 1);
 }

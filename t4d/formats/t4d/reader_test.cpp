@@ -426,7 +426,7 @@ TEST(T4dReader, RefusesSlabsThatDoNotFollowOneAnother) {
   auto reader = T4dReader::open(writeFile("overlap.t4d", overlap.bytes()), T4dOpen::FromFront);
   ASSERT_TRUE(reader) << reader.error().text();
   ASSERT_TRUE(reader->damage());
-  EXPECT_THAT(reader->damage()->where, HasSubstr("byte " + std::to_string(second)));
+  EXPECT_THAT(reader->damage()->where.text(), HasSubstr("byte " + std::to_string(second)));
   ASSERT_EQ(reader->body(0).slabCount(), 1u);
   EXPECT_TRUE(same(**reader->body(0).slab(0), simplexSlab()));
 

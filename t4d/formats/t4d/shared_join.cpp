@@ -499,7 +499,7 @@ Result<JoinReport> planJoin(const std::vector<fs::path>& files, const fs::path& 
     return report;
   }
   Error error = report.error();
-  if (error.where.starts_with(temporary->path().string())) error.where = into.string();
+  if (error.where.file.starts_with(temporary->path().string())) error.where = into.string();
   return error;
 }
 

@@ -171,7 +171,7 @@ class T4dWriter::File {
     if (!done) {
       error_ = done.error();
       if (error_->where.empty()) {
-        error_->where = fmt::format("{}: slab {}", path_.string(), body.summary.slabs);
+        error_->where = placeIn(path_.string(), fmt::format("slab {}", body.summary.slabs));
       }
       return *error_;
     }

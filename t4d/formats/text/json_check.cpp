@@ -15,7 +15,7 @@ using nlohmann::json;
 /// A false result ends the parsing.
 class JsonCheck : public nlohmann::json_sax<json> {
  public:
-  JsonCheck(const std::string& name, const JsonRules& rules) : name_(name), rules_(rules) {}
+  JsonCheck(const Place& name, const JsonRules& rules) : name_(name), rules_(rules) {}
 
   Result<void> result() const {
     return problem_.empty() ? Result<void>() : invalid(problem_, name_);
@@ -74,7 +74,7 @@ class JsonCheck : public nlohmann::json_sax<json> {
     return forget();
   }
 
-  const std::string& name_;
+  const Place& name_;
   const JsonRules& rules_;
   std::vector<std::set<std::string>> open_;  // the keys so far of each open object
   std::string key_;                          // whose value comes next; "" in arrays
@@ -83,7 +83,7 @@ class JsonCheck : public nlohmann::json_sax<json> {
 
 }  // namespace
 
-Result<void> checkJson(std::string_view text, const std::string& name, const JsonRules& rules) {
+Result<void> checkJson(std::string_view text, const Place& name, const JsonRules& rules) {
   JsonCheck check(name, rules);
   json::sax_parse(text, &check);
   return check.result();

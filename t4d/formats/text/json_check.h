@@ -18,6 +18,6 @@ struct JsonRules {
 /// Finds what JSON parsers accept without a word: a key that occurs twice in an object, whose
 /// values but one are lost. Also checks the rules. Text that is not JSON is left to the parser.
 /// `where` of the error is `name`.
-Result<void> checkJson(std::string_view text, const std::string& name, const JsonRules& rules = {});
+Result<void> checkJson(std::string_view text, const Place& name, const JsonRules& rules = {});
 
 }  // namespace t4d::formats

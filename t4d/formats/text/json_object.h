@@ -20,14 +20,20 @@ struct JsonRefusal {
   Error error;
 };
 
-[[noreturn]] inline void refuseJson(std::string message, std::string where) {
+[[noreturn]] inline void refuseJson(std::string message, Place where) {
   throw JsonRefusal{Error{ErrorCode::InvalidInput, std::move(message), std::move(where)}};
+}
+
+/// The place of a member, `.key`, or of an element, `[2]`.
+inline Place jsonPlace(Place of, const std::string& member) {
+  of.part += member;
+  return of;
 }
 
 /// A JSON object with the keys it may have, read one by one.
 class JsonObject {
  public:
-  JsonObject(const nlohmann::json& value, std::string where,
+  JsonObject(const nlohmann::json& value, Place where,
              std::initializer_list<std::string_view> known)
       : value_(value), where_(std::move(where)) {
     if (!value.is_object()) {
@@ -43,8 +49,8 @@ class JsonObject {
   }
 
   bool has(const char* key) const { return value_.contains(key); }
-  const std::string& where() const { return where_; }
-  std::string where(const char* key) const { return where_ + "." + key; }
+  const Place& where() const { return where_; }
+  Place where(const char* key) const { return jsonPlace(where_, std::string(".") + key); }
 
   const nlohmann::json& need(const char* key) const {
     const auto found = value_.find(key);
@@ -83,8 +89,8 @@ class JsonObject {
     }
     Eigen::Matrix<double, Size, 1> result;
     for (int i = 0; i < Size; ++i) {
-      result[i] =
-          numberOf(value[static_cast<std::size_t>(i)], fmt::format("{}[{}]", where(key), i));
+      result[i] = numberOf(value[static_cast<std::size_t>(i)],
+                           jsonPlace(where(key), fmt::format("[{}]", i)));
     }
     return result;
   }
@@ -105,7 +111,7 @@ class JsonObject {
     const std::string text = value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
     return text.size() > kShown ? text.substr(0, kShown) + "..." : text;
   }
-  static double numberOf(const nlohmann::json& value, const std::string& where) {
+  static double numberOf(const nlohmann::json& value, const Place& where) {
     if (!value.is_number()) {
       refuseJson(fmt::format("is {}, where a number is expected", describe(value)), where);
     }
@@ -113,7 +119,7 @@ class JsonObject {
   }
 
   const nlohmann::json& value_;
-  std::string where_;
+  Place where_;
 };
 
 /// The message of the JSON parser without its own marks: "[json.exception.parse_error.101] parse

@@ -51,7 +51,7 @@ class TextScanner {
 
   std::uint64_t line() const { return line_; }
   std::size_t bytesLeft() const { return text_.size() - at_; }
-  std::string where() const { return file_.atLine(line_); }
+  Place where() const { return file_.atLine(line_); }
   const Error& error() const { return error_; }
 
   /// An InvalidInput error at the present line.

@@ -293,13 +293,13 @@ Result<ToolPath> GcodeMachine::finish(const InputFile& file) {
   builder_.path.unknownMoves = leftOut_;
   auto& notices = builder_.path.notices;
   for (const auto& [line, sentence] : notes_) {
-    notices.push_back(fmt::format("{}: {}", file.atLine(line), sentence));
+    notices.push_back(fmt::format("{}: {}", file.atLine(line).text(), sentence));
   }
   if (leftOut_ > 0) {
     notices.push_back(fmt::format(
         "{}: {} of the machine (G28, G30, G53) that are not known: the tool is out of the way "
         "until X, Y and Z are given again",
-        file.atLine(firstLeftOut_),
+        file.atLine(firstLeftOut_).text(),
         model::counted(leftOut_, "move goes to places", "moves go to places")));
   }
   if (dwells_ > 0) {

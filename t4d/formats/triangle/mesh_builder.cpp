@@ -84,11 +84,11 @@ Result<void> MeshBuilder::addPoint(const Point3& point, Place place) {
   if (!point.allFinite()) {
     return invalid(fmt::format("vertex {} is ({}, {}, {}), expected finite coordinates",
                                points_.size() + firstIndex_, point.x(), point.y(), point.z()),
-                   placeText_(place));
+                   placeOf_(place));
   }
   if (points_.size() == kNone) {
     return fail(ErrorCode::Unsupported, "holds more vertices than 32-bit indices can count",
-                placeText_(place));
+                placeOf_(place));
   }
   // Adding zero turns -0 into +0, so that equal coordinates have equal bits.
   points_.push_back(point + Point3::Zero());
@@ -98,7 +98,7 @@ Result<void> MeshBuilder::addPoint(const Point3& point, Place place) {
 Result<void> MeshBuilder::addPolygon(std::span<const std::uint64_t> corners, Place place) {
   if (corners.size() < 3) {
     return invalid(fmt::format("a face of {} corners, expected at least 3", corners.size()),
-                   placeText_(place));
+                   placeOf_(place));
   }
   for (const std::uint64_t index : corners) {
     const auto corner = cornerOf(index, place);
@@ -130,7 +130,7 @@ Result<std::uint32_t> MeshBuilder::cornerOf(std::uint64_t index, Place place) co
   if (index >= kNone) {
     return invalid(
         fmt::format("a face refers to vertex {}, beyond any that can exist", index + firstIndex_),
-        placeText_(place));
+        placeOf_(place));
   }
   return static_cast<std::uint32_t>(index);
 }
@@ -139,7 +139,7 @@ Result<void> MeshBuilder::checkCorner(std::uint32_t corner, Place place) const {
   if (corner < points_.size()) return {};
   return invalid(fmt::format("a face refers to vertex {}, but there are {} (counted from {})",
                              std::uint64_t{corner} + firstIndex_, points_.size(), firstIndex_),
-                 placeText_(place));
+                 placeOf_(place));
 }
 
 Result<void> MeshBuilder::checkCorners() const {
@@ -210,7 +210,7 @@ Result<LoadedMesh> MeshBuilder::finish() && {
                   fmt::format("a concave face of {} corners takes too long to split into "
                               "triangles; triangulate it first",
                               corners.size()),
-                  placeText_(place));
+                  placeOf_(place));
     }
     const auto added = std::ranges::remove_if(triangles.begin() + whole, triangles.end(),
                                               hasEqualCorners<std::uint32_t>);

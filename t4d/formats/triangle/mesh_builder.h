@@ -18,13 +18,13 @@ namespace t4d::formats {
 /// Checks the points and polygons of a file and makes a triangle mesh of them.
 class MeshBuilder {
  public:
-  /// A place in the file; `PlaceText` turns it into the `where` of an error.
+  /// A place in the file; `PlaceOf` turns it into the `where` of an error.
   using Place = std::uint64_t;
-  using PlaceText = std::function<std::string(Place)>;
+  using PlaceOf = std::function<t4d::Place(Place)>;
 
   /// `firstIndex` is how the format counts vertices, for messages: from 0 or from 1.
-  MeshBuilder(std::string file, PlaceText placeText, unsigned firstIndex = 0)
-      : file_(std::move(file)), placeText_(std::move(placeText)), firstIndex_(firstIndex) {}
+  MeshBuilder(std::string file, PlaceOf placeOf, unsigned firstIndex = 0)
+      : file_(std::move(file)), placeOf_(std::move(placeOf)), firstIndex_(firstIndex) {}
 
   /// Reserves memory; the caller has checked the counts against the size of the file.
   void reserve(std::size_t points, std::size_t polygons);
@@ -78,7 +78,7 @@ class MeshBuilder {
                    const std::vector<std::uint32_t>& first);
 
   std::string file_;
-  PlaceText placeText_;
+  PlaceOf placeOf_;
   unsigned firstIndex_;
   std::vector<model::Point3> points_;
   std::vector<std::uint32_t> corners_;

@@ -15,7 +15,8 @@ namespace {
 using model::Point3;
 
 MeshBuilder builderOf(const std::vector<Point3>& points) {
-  MeshBuilder builder("file", [](auto place) { return "place " + std::to_string(place); });
+  MeshBuilder builder("file",
+                      [](auto place) { return placeIn({}, "place " + std::to_string(place)); });
   for (const Point3& point : points) EXPECT_TRUE(builder.addPoint(point, 0));
   return builder;
 }

@@ -23,7 +23,7 @@ class TextRows {
   static std::size_t leastBytes(PlyType) { return 2; }  // a digit and what separates it
   std::size_t bytesLeft() const { return scanner_.bytesLeft() + 1; }
   std::uint64_t place() const { return scanner_.line(); }
-  std::string where() const { return scanner_.where(); }
+  Place where() const { return scanner_.where(); }
   const Error& error() const { return scanner_.error(); }
 
   bool nextRow() { return scanner_.nextLine(); }
@@ -46,7 +46,7 @@ class BinaryRows {
   static std::size_t leastBytes(PlyType type) { return plySize(type); }
   std::size_t bytesLeft() const { return file_.bytes.size() - at_; }
   std::uint64_t place() const { return at_; }
-  std::string where() const { return file_.atByte(at_); }
+  Place where() const { return file_.atByte(at_); }
   const Error& error() const { return error_; }
 
   bool nextRow() { return true; }
@@ -93,8 +93,8 @@ class BinaryRows {
 template <class Rows>
 class PlyReader {
  public:
-  PlyReader(const InputFile& file, Rows rows, MeshBuilder::PlaceText placeText)
-      : rows_(std::move(rows)), builder_(file.path.string(), std::move(placeText)) {}
+  PlyReader(const InputFile& file, Rows rows, MeshBuilder::PlaceOf placeOf)
+      : rows_(std::move(rows)), builder_(file.path.string(), std::move(placeOf)) {}
 
   Result<LoadedMesh> read(const PlyHeader& header) {
     for (const PlyElement& element : header.elements) {

@@ -138,7 +138,7 @@ TEST(TriangleMeshWriter, RefusesWhatCannotBeWritten) {
                 writableTriangleMeshExtensions());
   const auto path = temporaryPath("refused.stl");
   named.mesh.vertices[2].x() = 1e39;
-  EXPECT_EQ(writeTriangleMeshes(path, std::vector{named}).error().where,
+  EXPECT_EQ(writeTriangleMeshes(path, std::vector{named}).error().where.text(),
             path.string() + ": mesh 'tetrahedron'");
   named.mesh.triangles[1][0] = 4;
   EXPECT_EQ(writeTriangleMeshes(path, std::vector{named}).error().message,

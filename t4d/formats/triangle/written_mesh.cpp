@@ -17,7 +17,9 @@ double load(const std::byte* from) {
   return static_cast<double>(value);
 }
 
-std::string meshNamed(const NamedMesh& named) { return fmt::format("mesh '{}'", named.name); }
+Place meshNamed(const NamedMesh& named) {
+  return placeIn({}, fmt::format("mesh '{}'", named.name));
+}
 
 }  // namespace
 
@@ -169,7 +171,7 @@ void addOnce(std::vector<std::string>& lines, std::string line) {
 
 Error inFile(const std::filesystem::path& path, Error error) {
   if (error.code != ErrorCode::Failed || error.where.empty()) {
-    error.where = error.where.empty() ? path.string() : path.string() + ": " + error.where;
+    error.where = placeIn(path.string(), error.where.text());
   }
   return error;
 }

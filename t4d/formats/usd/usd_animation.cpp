@@ -118,7 +118,7 @@ class UsdAnimationReader {
     const auto base = std::make_shared<const std::vector<Point3>>(body.mesh.vertices);
     const std::vector<double> keys = shape->times();
     KeyDivider divider(*shape, body.mesh, {made_.tolerance, options_.edgeFactor},
-                       fmt::format("{}: body '{}'", file_, body.name));
+                       placeIn(file_, fmt::format("body '{}'", body.name)));
     for (const model::TimeSpan& span : spans_[i]) {
       std::vector<double> times = {span.begin};
       const auto add = [&](double key) {

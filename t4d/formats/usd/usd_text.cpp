@@ -83,7 +83,7 @@ class UsdScanner {
   Error invalidAt(std::string_view part, std::string message) const {
     return invalid(std::move(message), document_.where(part));
   }
-  std::string here() const { return document_.where(text_.substr(std::min(at_, text_.size()), 0)); }
+  Place here() const { return document_.where(text_.substr(std::min(at_, text_.size()), 0)); }
 
   Result<double> number(std::string_view what) {
     skipBlanks();
@@ -453,7 +453,7 @@ bool isDouble(std::string_view type) {
 
 }  // namespace
 
-std::string UsdDocument::where(std::string_view part) const {
+Place UsdDocument::where(std::string_view part) const {
   const auto before =
       std::string_view(text.data(), static_cast<std::size_t>(part.data() - text.data()));
   return file->atLine(1 + static_cast<std::uint64_t>(std::ranges::count(before, '\n')));

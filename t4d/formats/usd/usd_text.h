@@ -20,7 +20,7 @@ struct UsdDocument {
   std::string_view text = {};
 
   /// `path:LINE` of a part of the text.
-  std::string where(std::string_view part) const;
+  Place where(std::string_view part) const;
 };
 
 struct UsdField {

@@ -187,7 +187,7 @@ class VtkParser {
   Error otherFile() const {
     return invalid(fmt::format("is not a VTKFile of type {}", nameOf(type_)), file_.path.string());
   }
-  std::string here() const { return file_.atLine(XML_GetCurrentLineNumber(parser_)); }
+  Place here() const { return file_.atLine(XML_GetCurrentLineNumber(parser_)); }
 
   void start(const std::string& name, Attributes& attributes) {
     if (problem_ || atAppended_) return;

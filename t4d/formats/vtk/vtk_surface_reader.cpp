@@ -112,8 +112,8 @@ class VtkSurfaceReader {
   }
 
  private:
-  std::string placeOf(MeshBuilder::Place cell) const {
-    return cell == kNoCell ? path_ : fmt::format("{}: cell {}", path_, cell);
+  Place placeOf(MeshBuilder::Place cell) const {
+    return cell == kNoCell ? Place(path_) : placeIn(path_, fmt::format("cell {}", cell));
   }
 
   /// Adds the points of a piece and its data; `cells` is how many the data of cells are of.

@@ -121,7 +121,7 @@ class Header {
       if (line.front() == '#') continue;
       const auto colon = line.find(": ");
       if (line.find(":=") < colon) continue;  // a key and a value of somebody's own
-      const std::string where = fmt::format("{}:{}", header.where, number);
+      const Place where = {header.where, number};
       if (colon == std::string::npos) {
         return invalid(fmt::format("found '{}', expected 'FIELD: VALUE'", shown(line)), where);
       }

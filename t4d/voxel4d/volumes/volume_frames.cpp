@@ -211,10 +211,9 @@ class Frames : public FrameSource {
   bool isOneApart() const override {
     return !options_.frameTime && !volumes_[0].frameTime && volumes_[0].times.empty();
   }
-  std::string nameOf(std::size_t index) const override {
-    return volumes_.size() > 1
-               ? volumes_[index].where
-               : fmt::format("{}: frame {}", volumes_[0].where, index + volumes_[0].first('t'));
+  Place placeOf(std::size_t index) const override {
+    if (volumes_.size() > 1) return volumes_[index].where;
+    return placeIn(volumes_[0].where, fmt::format("frame {}", index + volumes_[0].first('t')));
   }
   std::string notice() const override {
     const auto& zarr = volumes_.front().data.front().zarr;

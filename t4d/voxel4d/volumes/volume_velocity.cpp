@@ -39,9 +39,7 @@ class VolumeVelocity : public VelocitySource {
   VolumeVelocity(std::array<VolumeFrames, 3> components, const Eigen::Matrix3d& toLattice)
       : components_(std::move(components)), toLattice_(toLattice) {}
 
-  std::string nameOf(std::size_t index) const override {
-    return components_[0].frames->nameOf(index);
-  }
+  Place placeOf(std::size_t index) const override { return components_[0].frames->placeOf(index); }
 
   Result<VelocityField> field(std::size_t index) override {
     std::array<Frame, 3> frames;
@@ -78,7 +76,7 @@ class VolumeVelocity : public VelocitySource {
 };
 
 Result<void> checkAlike(const VolumeFrames& component, const VolumeFrames& frames) {
-  const std::string where = component.frames->nameOf(0);
+  const Place where = component.frames->placeOf(0);
   const auto shape = [](const VolumeFrames& volume) {
     return fmt::format("{} x {} x {} samples in {} frames", volume.sizes[0], volume.sizes[1],
                        volume.sizes[2], volume.frames->frameCount());

@@ -155,7 +155,7 @@ TEST_F(VolumeVelocities, AreRefusedWithTheirFile) {
       "small.npy", [](const Point3&, int) { return 1; }, kSize / 2);
   const Error small = errorOf(files);
   EXPECT_NE(small.message.find("16 x 16 x 16 samples in 2 frames"), std::string::npos);
-  EXPECT_NE(small.where.find("small.npy"), std::string::npos);
+  EXPECT_NE(small.where.text().find("small.npy"), std::string::npos);
   files[2] = file("nan.npy", [](const Point3& point, int) {
     return point == Point3(1, 2, 3) ? std::nan("") : 1;
   });

@@ -224,7 +224,7 @@ TEST(Zarr, FoldersAndServersHoldTheSame) {
 TEST(Zarr, UrlsNeedSomethingThatRequestsThem) {
   const auto refused = readZarr("https://user:secret@host/a.zarr?key=secret", {}, {});
   ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().where, "https://host/a.zarr");
+  EXPECT_EQ(refused.error().where.text(), "https://host/a.zarr");
 }
 
 TEST(Zarr, EveryTruncationAndManyFlipsOfAChunkFailOrHaveItsSize) {
@@ -271,7 +271,7 @@ TEST(Zarr, CutMetadataAreRefused) {
     web.files[".zarray"] = whole.substr(0, size);
     const auto refused = opened(web, {});
     ASSERT_FALSE(refused) << size;
-    EXPECT_EQ(refused.error().where, "http://host/a.zarr/.zarray");
+    EXPECT_EQ(refused.error().where.text(), "http://host/a.zarr/.zarray");
   }
 }
 
