@@ -59,6 +59,8 @@ endfunction()
 # within a target. The more sources are one, the less is compiled twice: 24 take a third less
 # processor time than three times 8, and 1.4 GB of memory. With many processors, 8 are done sooner.
 cmake_host_system_information(RESULT T4D_PROCESSORS QUERY NUMBER_OF_LOGICAL_CORES)
+cmake_host_system_information(RESULT T4D_MEMORY QUERY TOTAL_PHYSICAL_MEMORY)
+math(EXPR T4D_MEMORY_EACH "${T4D_MEMORY} / ${T4D_PROCESSORS}")  # MiB for a processor
 if(T4D_PROCESSORS GREATER 4)
   set(T4D_SOURCES_TOGETHER 8)
 else()

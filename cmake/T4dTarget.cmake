@@ -100,6 +100,10 @@ function(t4d_own_code target)
   # code: the numbers in float32 files would then exceed the bounds that the files state.
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     target_compile_options(${target} PRIVATE -fno-tree-slp-vectorize)
+    # Where there is memory for it, g++ collects garbage less often: 9 % less time for 0.4 GB more.
+    if(T4D_MEMORY_EACH GREATER 3000)
+      target_compile_options(${target} PRIVATE "SHELL:--param ggc-min-heapsize=1000000")
+    endif()
   endif()
   # g++ 12 warns of non-existent overflows in optimised inserts into std::string and std::vector.
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)

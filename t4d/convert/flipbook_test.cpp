@@ -6,7 +6,7 @@
 
 #include "t4d/fixtures/solids.h"
 #include "t4d/mesh4d/sweep.h"
-#include "t4d/system/temporary_folder.h"
+#include "t4d/system/test_folder.h"
 
 namespace t4d::convert {
 namespace {
@@ -29,12 +29,12 @@ class Flipbook : public testing::Test {
                                   slice::SliceDetail detail = slice::SliceDetail::Light) {
     FlipbookOptions options;
     options.detail = detail;
-    return writeFlipbook(bodies, times, folder_.path() / "out.glb", options);
+    return writeFlipbook(bodies, times, folder_ / "out.glb", options);
   }
-  bool written() const { return std::filesystem::exists(folder_.path() / "out.glb"); }
+  bool written() const { return std::filesystem::exists(folder_ / "out.glb"); }
 
  private:
-  system::TemporaryFolder folder_ = *system::TemporaryFolder::create();
+  system::TestFolder folder_;
 };
 
 TEST_F(Flipbook, ShowsTheBodiesThatExist) {

@@ -8,7 +8,6 @@
 #include "t4d/fixtures/solids.h"
 #include "t4d/formats/triangle/triangle_mesh_reader.h"
 #include "t4d/mesh4d/sweep.h"
-#include "t4d/system/temporary_folder.h"
 #include "t4d/system/test_folder.h"
 
 namespace t4d::convert {
@@ -62,8 +61,8 @@ class FrameFiles : public testing::Test {
     return nlohmann::json::parse(file, nullptr, false);
   }
 
-  system::TemporaryFolder place_ = *system::TemporaryFolder::create();
-  fs::path folder_ = place_.path() / "frames";
+  system::TestFolder place_;
+  fs::path folder_ = place_ / "frames";
   std::vector<double> times_ = {0, 0.3, 0.55, 1};
   model::Mesh mesh_;
 };

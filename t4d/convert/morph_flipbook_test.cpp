@@ -7,7 +7,7 @@
 #include "t4d/fixtures/solids.h"
 #include "t4d/formats/gltf/gltf_animation.h"
 #include "t4d/mesh4d/sweep.h"
-#include "t4d/system/temporary_folder.h"
+#include "t4d/system/test_folder.h"
 
 namespace t4d::convert {
 namespace {
@@ -48,8 +48,8 @@ class MorphFlipbook : public testing::Test {
   }
 
  private:
-  system::TemporaryFolder folder_ = *system::TemporaryFolder::create();
-  std::filesystem::path path_ = folder_.path() / "out.glb";
+  system::TestFolder folder_;
+  std::filesystem::path path_ = folder_ / "out.glb";
 };
 
 TEST_F(MorphFlipbook, IsTheLightSliceAtAnyTime) {

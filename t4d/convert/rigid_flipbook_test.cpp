@@ -5,7 +5,7 @@
 #include "t4d/fixtures/solids.h"
 #include "t4d/measure/surface_distance.h"
 #include "t4d/mesh4d/sweep.h"
-#include "t4d/system/temporary_folder.h"
+#include "t4d/system/test_folder.h"
 
 namespace t4d::convert {
 namespace {
@@ -90,9 +90,9 @@ TEST(RigidMotion, OfASolidThatIsNotRigidIsRefused) {
 TEST(RigidFlipbook, IsKilobytesForAnyNumberOfFrames) {
   const model::Mesh mesh = screwed(200, 40);
   const model::Body body{"torus", &mesh};
-  const auto folder = *system::TemporaryFolder::create();
+  const system::TestFolder folder;
   const auto bytes = [&](std::uint64_t frames) {
-    const auto path = folder.path() / "a.glb";
+    const auto path = folder / "a.glb";
     const auto report = writeRigidFlipbook({&body, 1}, model::evenTimes({0, 1}, frames), path);
     EXPECT_TRUE(report) << report.error().text();
     EXPECT_EQ(report->frames, frames);
@@ -101,8 +101,8 @@ TEST(RigidFlipbook, IsKilobytesForAnyNumberOfFrames) {
   };
   EXPECT_LT(bytes(10), 6000U);
   EXPECT_LT(bytes(5000), 6000U);
-  EXPECT_FALSE(writeRigidFlipbook({&body, 1}, std::vector<double>{0, 2}, folder.path() / "b.glb"));
-  EXPECT_FALSE(writeRigidFlipbook({&body, 1}, std::vector<double>{0, 1}, folder.path() / "b.ply"));
+  EXPECT_FALSE(writeRigidFlipbook({&body, 1}, std::vector<double>{0, 2}, folder / "b.glb"));
+  EXPECT_FALSE(writeRigidFlipbook({&body, 1}, std::vector<double>{0, 1}, folder / "b.ply"));
 }
 
 }  // namespace

@@ -9,7 +9,6 @@
 #include "t4d/formats/triangle/triangle_mesh_reader.h"
 #include "t4d/formats/usd/usd_animation.h"
 #include "t4d/mesh4d/sweep.h"
-#include "t4d/system/temporary_folder.h"
 #include "t4d/system/test_folder.h"
 
 namespace t4d::convert {
@@ -72,12 +71,12 @@ class UsdFlipbook : public testing::Test {
     return most;
   }
 
-  std::filesystem::path path(const std::string& name) const { return folder_.path() / name; }
+  std::filesystem::path path(const std::string& name) const { return folder_ / name; }
   std::string text(const std::string& name) const { return system::contents(path(name)); }
 
   model::Mesh mesh_ = turnedTorus();
   model::Body body_{"a torus", &mesh_};
-  system::TemporaryFolder folder_ = *system::TemporaryFolder::create();
+  system::TestFolder folder_;
 };
 
 /// Coordinates up to 10 as float32.

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "t4d/formats/test_files.h"
-#include "t4d/system/temporary_folder.h"
 #include "t4d/system/test_folder.h"
 
 namespace t4d::formats {
@@ -13,8 +12,8 @@ namespace fs = std::filesystem;
 
 class OutputFolder : public testing::Test {
  protected:
-  system::TemporaryFolder place_ = *system::TemporaryFolder::create();
-  fs::path folder_ = place_.path() / "out";
+  system::TestFolder place_;
+  fs::path folder_ = place_ / "out";
 };
 
 TEST_F(OutputFolder, GetsFilesInNewFolders) {
@@ -24,7 +23,7 @@ TEST_F(OutputFolder, GetsFilesInNewFolders) {
 }
 
 TEST_F(OutputFolder, IsNeverLeftThroughALink) {
-  const fs::path outside = place_.path() / "outside";
+  const fs::path outside = place_ / "outside";
   ASSERT_TRUE(writeInFolder(outside, "c.txt", "mine"));
   fs::create_directories(folder_);
   fs::create_symlink(outside / "c.txt", folder_ / "c.txt");
@@ -36,18 +35,18 @@ TEST_F(OutputFolder, IsNeverLeftThroughALink) {
   EXPECT_EQ(system::contents(outside / "c.txt"), "mine");
   EXPECT_FALSE(fs::exists(outside / "new.txt"));
   // The folder that was named may be a link itself.
-  fs::create_directory_symlink(outside, place_.path() / "named");
-  EXPECT_TRUE(writeInFolder(place_.path() / "named", "c.txt", "changed"));
+  fs::create_directory_symlink(outside, place_ / "named");
+  EXPECT_TRUE(writeInFolder(place_ / "named", "c.txt", "changed"));
 }
 
 TEST_F(OutputFolder, OfKeptFilesIsNewOrEmptyOrOneOfBefore) {
   ASSERT_TRUE(makeKeptFolder(folder_));
   ASSERT_TRUE(writeInFolder(folder_, "kept.t4d", "bytes"));
   EXPECT_TRUE(makeKeptFolder(folder_));
-  const fs::path other = place_.path() / "other";
+  const fs::path other = place_ / "other";
   fs::create_directories(other);
   EXPECT_TRUE(makeKeptFolder(other));
-  const fs::path foreign = place_.path() / "foreign";
+  const fs::path foreign = place_ / "foreign";
   ASSERT_TRUE(writeInFolder(foreign, "mine.txt", "mine"));
   const auto refused = makeKeptFolder(foreign);
   ASSERT_FALSE(refused);

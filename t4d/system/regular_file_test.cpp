@@ -1,12 +1,11 @@
 #include "t4d/system/regular_file.h"
 
 #include <fstream>
-#include <optional>
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
-#include "t4d/system/temporary_folder.h"
+#include "t4d/system/test_folder.h"
 
 namespace t4d::system {
 namespace {
@@ -15,17 +14,12 @@ namespace fs = std::filesystem;
 
 class RegularFile : public testing::Test {
  protected:
-  void SetUp() override {
-    auto made = TemporaryFolder::create();
-    ASSERT_TRUE(made);
-    folder_.emplace(std::move(*made));
-  }
-  fs::path path(const std::string& name) const { return folder_->path() / name; }
+  fs::path path(const std::string& name) const { return folder_ / name; }
   std::string faultOf(const std::string& name) const {
     const auto size = sizeOfRegularFile(path(name));
     return size ? "" : size.error().message;
   }
-  std::optional<TemporaryFolder> folder_;
+  TestFolder folder_;
 };
 
 TEST_F(RegularFile, WhatMayNeverEndOrNeverBeginIsRefused) {

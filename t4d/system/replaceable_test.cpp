@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
-#include "t4d/system/temporary_folder.h"
+#include "t4d/system/test_folder.h"
 
 namespace t4d::system {
 namespace {
@@ -23,8 +23,8 @@ class Replaceable : public testing::Test {
     return checked ? "" : checked.error().text();
   }
 
-  TemporaryFolder place_ = *TemporaryFolder::create();
-  fs::path folder_ = place_.path() / "out";
+  TestFolder place_;
+  fs::path folder_ = place_ / "out";
 };
 
 TEST_F(Replaceable, AFileThatIsNotThereIs) {

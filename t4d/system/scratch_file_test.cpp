@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "t4d/system/temporary_folder.h"
+#include "t4d/system/test_folder.h"
 
 namespace t4d::system {
 namespace {
@@ -31,12 +31,11 @@ class TmpDir {
 };
 
 TEST(ScratchFile, GivesBackWhatWasAppendedAndHasNoName) {
-  const auto folder = TemporaryFolder::create();
-  ASSERT_TRUE(folder);
-  const TmpDir set(folder->path().string());
+  const TestFolder folder;
+  const TmpDir set(folder.path().string());
   auto file = ScratchFile::create();
   ASSERT_TRUE(file);
-  EXPECT_TRUE(std::filesystem::is_empty(folder->path()));
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
   const std::array<int, 5> numbers = {2, 3, 5, 7, 11};
   ASSERT_TRUE(file->append(std::as_bytes(std::span(numbers).first(2))));
   ASSERT_TRUE(file->append(std::as_bytes(std::span(numbers).subspan(2))));

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/system/temporary_folder.h"
+#include "t4d/system/test_folder.h"
 #include "t4d/verbs/envelope.h"
 #include "t4d/verbs/filter.h"
 #include "t4d/verbs/measure.h"
@@ -89,9 +89,8 @@ TEST(Resolve, LeavesWhatIsClearInMemory) {
 }
 
 TEST(Transform, ScalesVolumesAndTimesAsItsFactors) {
-  const auto folder = system::TemporaryFolder::create();
-  ASSERT_TRUE(folder);
-  const std::string path = (folder->path() / "scaled.t4d").string();
+  const system::TestFolder folder;
+  const std::string path = (folder / "scaled.t4d").string();
   const model::Mesh mesh = movingCube(0, 4);
   const auto report = transform(
       inMemory("cube", mesh),
@@ -120,9 +119,8 @@ TEST(Transform, RefusesWhatIsNoMap) {
 }
 
 TEST(Filter, KeepsTheSolidWithinTheSpan) {
-  const auto folder = system::TemporaryFolder::create();
-  ASSERT_TRUE(folder);
-  const std::string path = (folder->path() / "part.t4d").string();
+  const system::TestFolder folder;
+  const std::string path = (folder / "part.t4d").string();
   const model::Mesh mesh = movingCube(0, 4);
   const auto report = filter(inMemory("cube", mesh), {{.from = 1, .to = 3}, path, 3, "test"});
   ASSERT_TRUE(report) << report.error().text();

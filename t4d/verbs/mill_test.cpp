@@ -7,7 +7,7 @@
 
 #include "t4d/fixtures/solids.h"
 #include "t4d/formats/triangle/triangle_mesh_writer.h"
-#include "t4d/system/temporary_folder.h"
+#include "t4d/system/test_folder.h"
 #include "t4d/verbs/input.h"
 
 namespace t4d::verbs {
@@ -37,9 +37,9 @@ class Milling : public testing::Test {
     options_.output.path = pathOf("slot.t4d");
   }
 
-  std::string pathOf(const char* name) const { return (folder_.path() / name).string(); }
+  std::string pathOf(const char* name) const { return (folder_ / name).string(); }
 
-  system::TemporaryFolder folder_ = *system::TemporaryFolder::create();
+  system::TestFolder folder_;
   MillFiles files_;
   MillOptions options_;
 };

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/formats/triangle/triangle_mesh_reader.h"
-#include "t4d/system/temporary_folder.h"
+#include "t4d/system/test_folder.h"
 #include "t4d/verbs/flipbook.h"
 #include "t4d/verbs/frames.h"
 #include "t4d/verbs/moving_cube.h"
@@ -53,9 +53,8 @@ TEST(SliceMesh, MergesAndIsLightAsAsked) {
 }
 
 TEST(SliceMesh, ColoursBySpeedAndCentersTheFileAlone) {
-  const auto folder = system::TemporaryFolder::create();
-  ASSERT_TRUE(folder);
-  const std::string path = (folder->path() / "cube.ply").string();
+  const system::TestFolder folder;
+  const std::string path = (folder / "cube.ply").string();
   const model::Mesh mesh = movingCube(0, 4);
   const auto report =
       sliceMesh(inMemory("cube", mesh),
@@ -95,10 +94,9 @@ TEST(SliceMesh, RefusesOptionsThatContradictEachOther) {
 }
 
 TEST(Flipbook, ShowsTheWholeTimeInEveryKind) {
-  const auto folder = system::TemporaryFolder::create();
-  ASSERT_TRUE(folder);
+  const system::TestFolder folder;
   const model::Mesh mesh = movingCube(0, 4);
-  const std::string path = (folder->path() / "cube.glb").string();
+  const std::string path = (folder / "cube.glb").string();
   for (const FlipbookKind kind : {FlipbookKind::Frames, FlipbookKind::Rigid, FlipbookKind::Morph}) {
     const auto report = flipbook(inMemory("cube", mesh), {.output = path, .kind = kind});
     ASSERT_TRUE(report) << report.error().text();
@@ -134,9 +132,8 @@ TEST(Flipbook, RefusesOptionsThatContradictEachOther) {
 }
 
 TEST(Frames, OfAPartAreThoseOfTheWhole) {
-  const auto folder = system::TemporaryFolder::create();
-  ASSERT_TRUE(folder);
-  const auto names = convert::frameNames((folder->path() / "out").string(), ".ply");
+  const system::TestFolder folder;
+  const auto names = convert::frameNames((folder / "out").string(), ".ply");
   ASSERT_TRUE(names);
   const model::Mesh mesh = movingCube(0, 4);
   const Input input = inMemory("cube", mesh);

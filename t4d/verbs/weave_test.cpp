@@ -7,7 +7,7 @@
 
 #include "t4d/fixtures/solids.h"
 #include "t4d/formats/triangle/triangle_mesh_writer.h"
-#include "t4d/system/temporary_folder.h"
+#include "t4d/system/test_folder.h"
 #include "t4d/verbs/input.h"
 #include "t4d/voxel4d/sampled_frames.h"
 
@@ -31,9 +31,8 @@ WeaveInput movingBall() {
 }
 
 TEST(Weave, TakesFramesInMemory) {
-  const auto folder = system::TemporaryFolder::create();
-  ASSERT_TRUE(folder);
-  const std::string path = (folder->path() / "ball.t4d").string();
+  const system::TestFolder folder;
+  const std::string path = (folder / "ball.t4d").string();
   WeaveOptions options{.lengthUnit = "mm"};
   options.output.path = path;
   options.output.generator = "a test";
@@ -66,9 +65,8 @@ TEST(Weave, RefusesToCentreAPart) {
 }
 
 TEST(OpenFrames, SaysOfAnotherFormatWhatIsRead) {
-  const auto folder = system::TemporaryFolder::create();
-  ASSERT_TRUE(folder);
-  const std::string path = (folder->path() / "grid.xyz").string();
+  const system::TestFolder folder;
+  const std::string path = (folder / "grid.xyz").string();
   std::ofstream(path) << "no grid at all";
   const auto input = openFrames({path}, {});
   ASSERT_FALSE(input);
@@ -89,13 +87,12 @@ TEST(OpenFrames, RefusesFramesThatAreNotOfOneKindAndMeshesWithoutAVoxelSize) {
 }
 
 TEST(Weave, OfMeshesDoesNotWriteOverOneOfThem) {
-  const auto folder = system::TemporaryFolder::create();
-  ASSERT_TRUE(folder);
+  const system::TestFolder folder;
   formats::NamedMesh cube;
   cube.mesh = fixtures::cube(4);
   std::vector<std::string> files;
   for (const char* name : {"a_0.obj", "a_1.obj"}) {
-    files.push_back((folder->path() / name).string());
+    files.push_back((folder / name).string());
     ASSERT_TRUE(formats::writeTriangleMeshes(files.back(), std::vector{cube}));
   }
   auto input = openFrames(files, {.voxelSize = 1.0});

@@ -62,7 +62,7 @@ Result<void> checkTiles(const Frame& frame, TileIndex& index) {
       return wrong("does not come after the one before it");
     }
     if (frame.hasValues() ? !(std::isfinite(tile.value) && tile.value < 0) : tile.value != 0) {
-      return wrong(fmt::format("has the value {}; expected is {}", tile.value,
+      return wrong(fmt::format("has the value {}; expected {}", tile.value,
                                frame.hasValues() ? "a negative number" : "0, as it has no values"));
     }
     index.add(tile);
@@ -121,7 +121,7 @@ Result<void> checkFrame(const Frame& frame) {
   if (!std::isfinite(frame.time)) return invalid(fmt::format("its time is {}", frame.time));
   if (!(std::isfinite(frame.outsideValue) && frame.outsideValue >= 0)) {
     return invalid(
-        fmt::format("its value outside is {}; expected is a positive number, or 0 for no "
+        fmt::format("its value outside is {}; expected a positive number, or 0 for no "
                     "values",
                     frame.outsideValue));
   }

@@ -47,7 +47,7 @@ TEST(CheckFrame, NamesWhatIsWrong) {
   const std::vector<Case> cases = {
       {[&](Sample& s) { s.frame.time = nan; }, "its time is nan"},
       {[](Sample& s) { s.frame.outsideValue = -1; },
-       "its value outside is -1; expected is a positive number, or 0 for no values"},
+       "its value outside is -1; expected a positive number, or 0 for no values"},
       {[](Sample& s) {
          s.frame.blocks[1].coord = {-1, 0, 0};
        },
@@ -75,7 +75,7 @@ TEST(CheckFrame, NamesWhatIsWrong) {
       {[](Sample& s) { s.frame.tiles[0].size = 4; },
        "the tile at (2, 0, 0) is not at a multiple of its size 4"},
       {[](Sample& s) { s.frame.tiles[0].value = 0; },
-       "the tile at (2, 0, 0) has the value 0; expected is a negative number"},
+       "the tile at (2, 0, 0) has the value 0; expected a negative number"},
       {[](Sample& s) { s.frame.tiles.push_back(s.frame.tiles[0]); },
        "the tile at (2, 0, 0) does not come after the one before it"},
       {[](Sample& s) {

@@ -55,7 +55,7 @@ Result<Region> parseRegion(std::string_view text) {
   }
   if (words.size() != 3 && words.size() != 4) {
     return invalid(
-        fmt::format("'{}' has {} ranges; expected are those along x, y and z, and of frames if not "
+        fmt::format("'{}' has {} ranges; expected those along x, y and z, and of frames if not "
                     "all are used, as 0:64,10:20,:,0:8",
                     text, words.size()));
   }

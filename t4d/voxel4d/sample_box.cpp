@@ -420,13 +420,13 @@ Result<SampleRule> arrayRule(SampleType type, const std::string& typeName,
   }
   if (isInteger(type) && !iso) {
     return invalid(
-        fmt::format("the array is of {}; expected are floats or bool, or whole numbers with an iso "
+        fmt::format("the array is of {}; expected floats or bool, or whole numbers with an iso "
                     "or a label",
                     typeName));
   }
   if (iso && (rule.mask || !std::isfinite(*iso))) {
     return invalid(
-        fmt::format("the iso value is {}; expected is a finite number, and none for bools", *iso));
+        fmt::format("the iso value is {}; expected a finite number, and none for bools", *iso));
   }
   if (iso) rule.sign = -1, rule.iso = *iso;
   rule.floats = fitsFloat32(type);

@@ -60,7 +60,7 @@ Result<ResolveInput> openBoth(const ResolveArguments& options) {
     }
     if (input.obstacles.bodies.empty()) {
       return invalid(
-          "all bodies of the file are to give way; choose some by --body, and the "
+          "the same file twice has no obstacles; choose the bodies to deform with --body, and the "
           "others are obstacles",
           options.input);
     }

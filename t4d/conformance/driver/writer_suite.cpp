@@ -38,7 +38,7 @@ class Differences {
   template <class T>
   void compare(const std::string& what, const T& expected, const T& found) {
     if (expected == found) return;
-    add(fmt::format("{} is {}; expected is {}", what, found, expected));
+    add(fmt::format("{} is {}; expected {}", what, found, expected));
   }
   void add(std::string text) { texts.push_back(std::move(text)); }
 
@@ -84,7 +84,7 @@ void compareVertices(const Slab& expected, const Slab& found, const std::string&
     model::Point4 rounded = a;
     rounded.head<3>() = a.head<3>().cast<float>().cast<double>();
     differences.add(fmt::format(
-        "vertex {} of {} is {}; expected is {}{}", i, where, textOfPoint(b), textOfPoint(a),
+        "vertex {} of {} is {}; expected {}{}", i, where, textOfPoint(b), textOfPoint(a),
         sameVertex(rounded, b) ? ": it is rounded to binary32; store type 10" : ""));
     return;
   }
@@ -110,7 +110,7 @@ void compareAttributes(const std::vector<const Attribute*>& expected,
     return text.empty() ? std::string("none") : text;
   };
   if (names(expected) != names(found)) {
-    differences.add(fmt::format("the attributes of {} are {}; expected are {}", where, names(found),
+    differences.add(fmt::format("the attributes of {} are {}; expected {}", where, names(found),
                                 names(expected)));
     return;
   }
@@ -144,8 +144,8 @@ void compareConnectivity(const Connectivity& expected, const Connectivity& found
     const auto text = [](const model::Cell& c) {
       return fmt::format("({}, {}, {}, {})", c[0], c[1], c[2], c[3]);
     };
-    differences.add(fmt::format("cell {} of {} is {}; expected is {}", i, where,
-                                text(found.cells[i]), text(expected.cells[i])));
+    differences.add(fmt::format("cell {} of {} is {}; expected {}", i, where, text(found.cells[i]),
+                                text(expected.cells[i])));
   }
   if (expected.means.size() == found.means.size() && expected.means != found.means) {
     differences.add(fmt::format("means of {} have other sources", where));

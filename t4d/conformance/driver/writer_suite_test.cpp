@@ -75,34 +75,34 @@ TEST_F(WriterSuite, EveryDifferenceIsAFault) {
     return testing::PrintToString(faultsOf(other, written(test)));
   };
   EXPECT_THAT(faults(0, [](model::Slab& slab) { slab.timeBegin = -2; }),
-              HasSubstr("begin of slab 0 of body 0 is -1; expected is -2"));
+              HasSubstr("begin of slab 0 of body 0 is -1; expected -2"));
   EXPECT_THAT(faults(1, [](model::Slab& slab) { slab.vertices[6][0] = -0.0; }),
-              HasSubstr("vertex 6 of slab 1 of body 0 is (0, 0, 0, 1); expected is (-0, 0, 0, 1)"));
+              HasSubstr("vertex 6 of slab 1 of body 0 is (0, 0, 0, 1); expected (-0, 0, 0, 1)"));
   EXPECT_THAT(faults(1,
                      [](model::Slab& slab) {
                        auto turned = std::make_shared<model::Connectivity>(*slab.connectivity);
                        std::swap(turned->cells[2][0], turned->cells[2][1]);
                        slab.connectivity = turned;
                      }),
-              HasSubstr("cell 2 of slab 1 of body 0 is (3, 0, 4, 6); expected is (0, 3, 4, 6)"));
+              HasSubstr("cell 2 of slab 1 of body 0 is (3, 0, 4, 6); expected (0, 3, 4, 6)"));
   EXPECT_THAT(faults(0,
                      [](model::Slab& slab) {
                        slab.attributes = {
                            model::makeAttribute("a", model::Domain::Cell, std::vector<double>(8))};
                      }),
-              HasSubstr("the attributes of slab 0 of body 0, per cell are none; expected are 'a'"));
+              HasSubstr("the attributes of slab 0 of body 0, per cell are none; expected 'a'"));
   WriterCase named = test;
   named.metadata.bodies[0].name = "other";
   named.metadata.lengthUnit = "mm";
-  EXPECT_THAT(faultsOf(named, written(test)),
-              ElementsAre("length_unit is ; expected is mm",
-                          "the name of body 0 is cross; expected is other"));
+  EXPECT_THAT(
+      faultsOf(named, written(test)),
+      ElementsAre("length_unit is ; expected mm", "the name of body 0 is cross; expected other"));
   WriterCase longer = test;
   longer.bodies[0] = withSlab(test.bodies[0], 0, [](model::Slab&) {});
   longer.bodies.push_back(test.bodies[0]);
   longer.metadata.bodies.push_back({"second"});
   EXPECT_THAT(faultsOf(longer, written(test)),
-              ElementsAre("the number of bodies is 1; expected is 2"));
+              ElementsAre("the number of bodies is 1; expected 2"));
 }
 
 /// `test` with every slab changed.

@@ -12,9 +12,10 @@ namespace t4d::formats {
 Result<std::unique_ptr<ByteSource>> openByteSource(const std::filesystem::path& pathOrUrl) {
   const std::string& text = pathOrUrl.native();
   if (text == "-") {
-    return fail(ErrorCode::Io,
-                "slabs are read at their offsets here; write it to a file first, and give its path",
-                "standard input");
+    return fail(
+        ErrorCode::Io,
+        "slabs are read at their offsets, which takes a file: save it first, and give its path",
+        "standard input");
   }
   const std::string scheme = schemeOf(text);
   if (scheme.empty()) return openFileSource(pathOrUrl);

@@ -87,7 +87,7 @@ Result<std::uint64_t> bytesOfSamples(const Volume& volume) {
   std::uint64_t bytes = sizeOf(volume.type);
   for (const std::uint64_t size : volume.sizes) {
     if (size == 0 || size > std::numeric_limits<std::int32_t>::max() || bytes > kMost / size) {
-      return invalid(fmt::format("announces {} samples; expected are 1 to 2147483647 along each "
+      return invalid(fmt::format("announces {} samples; expected 1 to 2147483647 along each "
                                  "axis, and at most 2^62 bytes in all",
                                  fmt::join(volume.sizes, " x ")),
                      volume.where);

@@ -165,12 +165,12 @@ Result<Volume> readNiftiHeader(const std::filesystem::path& path) {
   volume.type = *type;
   const std::int64_t axes = fields.dim(0);
   if (axes < 3 || axes > 7) {
-    return invalid(fmt::format("has {} axes; expected are three or four", axes), volume.where);
+    return invalid(fmt::format("has {} axes; expected three or four", axes), volume.where);
   }
   for (int i = 1; i <= axes; ++i) {
     const std::int64_t size = fields.dim(i);
     if (size < 1 || (i > 4 && size != 1)) {
-      return invalid(fmt::format("has {} samples along axis {}; expected are {}", size, i,
+      return invalid(fmt::format("has {} samples along axis {}; expected {}", size, i,
                                  i > 4 ? "1, for samples are single numbers" : "1 or more"),
                      volume.where);
     }

@@ -95,7 +95,7 @@ Result<Volume> readNpyHeader(const std::filesystem::path& path, std::string_view
     volume.sizes.push_back(*size);
   }
   if (volume.sizes.size() != 3 && volume.sizes.size() != 4) {
-    return invalid(fmt::format("is an array of {} axes; expected are four, or three for a frame in "
+    return invalid(fmt::format("is an array of {} axes; expected four, or three for a frame in "
                                "each file",
                                volume.sizes.size()),
                    volume.where);

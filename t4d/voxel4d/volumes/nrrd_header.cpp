@@ -306,7 +306,7 @@ Result<std::optional<std::size_t>> timeAxisOf(
   }
   if (!time && count == 4 && !directions.empty()) {
     return header.wrong("space directions",
-                        "gives all four axes a direction, so none is the time; expected is 'none' "
+                        "gives all four axes a direction, so none is the time; expected 'none' "
                         "for the axis of time, or its kind, time");
   }
   if (!time && count == 4) time = 3;
@@ -322,7 +322,7 @@ Result<void> takeSpace(const Header& header, bool hasDirections, Volume& volume)
   if (space.ends_with("-time") || space == "rast" || space == "last" || space == "lpst" ||
       space == "3drht" || space == "3dlht") {
     return header.wrong("space",
-                        "has four dimensions; expected is a space of three, with directions of "
+                        "has four dimensions; expected a space of three, with directions of "
                         "three numbers, and 'none' for the axis of time");
   }
   if (const std::string dimension = header("space dimension");
@@ -548,7 +548,7 @@ Result<void> findData(const Header& header, const fs::path& path, Volume& volume
   if (volume.data.empty()) return header.wrong("data file", "names no file");
   // A short list could have a large file unpacked many times.
   if (std::set(names.begin(), names.end()).size() != names.size()) {
-    return header.wrong("data file", "names a file twice; expected is a file for each frame");
+    return header.wrong("data file", "names a file twice; expected a file for each frame");
   }
   if (volume.data.size() > 1 && volume.axes.back() != 't') {
     return header.wrong("data file",
@@ -557,7 +557,7 @@ Result<void> findData(const Header& header, const fs::path& path, Volume& volume
                                     volume.data.size()));
   }
   if (volume.data.size() > 1 && volume.data.size() != volume.frames()) {
-    return header.wrong("data file", fmt::format("names {} files; expected is one for each of {} "
+    return header.wrong("data file", fmt::format("names {} files; expected one for each of {} "
                                                  "frames",
                                                  volume.data.size(), volume.frames()));
   }

@@ -60,7 +60,7 @@ Result<Volume> readRawHeader(const std::filesystem::path& path, std::string_view
   const std::string line = given.empty() ? *own : std::string(given);
   if (const auto wrong = parseLine(line, volume)) {
     return invalid(
-        fmt::format("'{}' {}; expected is 'raw TYPE NX NY NZ [NT] [little|big]', as 'raw float32 "
+        fmt::format("'{}' {}; expected 'raw TYPE NX NY NZ [NT] [little|big]', as 'raw float32 "
                     "64 64 64 10 little'",
                     shown(line), *wrong),
         volume.where);

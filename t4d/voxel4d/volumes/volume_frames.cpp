@@ -363,7 +363,7 @@ Result<SampleRule> ruleOf(const Volume& volume, const VolumeOptions& options) {
     return rule;
   }
   if (volume.type == SampleType::Bool && options.valuesAlone) {
-    return invalid("has bools as samples; expected are numbers", volume.where);
+    return invalid("has bools as samples; expected numbers", volume.where);
   }
   if (volume.type == SampleType::Bool) {
     rule.mask = true;
@@ -493,7 +493,7 @@ Result<std::vector<double>> timesOf(const Volume& first, const Extent& frames,
       options.frameTime ? options.frameTime : std::optional(first.frameTime.value_or(1));
   const double start = options.startTime.value_or(first.startTime);
   if (!(*step > 0 && std::isfinite(*step) && std::isfinite(start))) {
-    return invalid(fmt::format("frames are {} apart from time {} on; expected is a positive number",
+    return invalid(fmt::format("frames are {} apart from time {} on; expected a positive number",
                                *step, start),
                    first.where, Remedy::FrameTime);
   }

@@ -351,7 +351,7 @@ TEST_F(VolumeFiles, SayWhatIsWrong) {
     bytes[40] = axes;
     writeFile(folder_ / "axes.nii", bytes);
     EXPECT_THAT(faultOf({folder_ / "axes.nii"}, {}),
-                HasSubstr(fmt::format("has {} axes; expected are three or four", int{axes})));
+                HasSubstr(fmt::format("has {} axes; expected three or four", int{axes})));
   }
   EXPECT_THAT(faultOf({folder_ / "one.nii", folder_ / "two.nii"}, {}),
               HasSubstr("holds 2 frames; where there are several files"));

@@ -101,7 +101,7 @@ Result<std::unique_ptr<VelocitySource>> openVolumeVelocity(std::span<const fs::p
                                                            const VolumeFrames& frames) {
   if (files.size() != 1 && files.size() != 3) {
     return invalid(
-        fmt::format("velocities are in {} files; expected are three, of the components "
+        fmt::format("velocities are in {} files; expected three, of the components "
                     "along x, y and z, or one with three channels",
                     files.size()));
   }

@@ -151,7 +151,7 @@ class OmeReader {
       std::string& known = image.axes[i] == 't' ? image.timeUnit : image.lengthUnit;
       if (!known.empty() && known != unit) {
         return invalid(
-            fmt::format("has axes in {} and in {}; expected is one unit of length", known, unit),
+            fmt::format("has axes in {} and in {}; expected one unit of length", known, unit),
             where_);
       }
       known = unit;
