@@ -4,6 +4,7 @@
 #include <cstring>
 #include <exception>
 #include <filesystem>
+#include <memory>
 #include <new>
 #include <sstream>
 #include <string>
@@ -12,6 +13,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 #include <unistd.h>
 
 #include "t4d/verbs/similar_words.h"
@@ -41,6 +43,15 @@ const CLI::App& lastCommand(const CLI::App& app) {
   return chosen.empty() ? app : lastCommand(*chosen.front());
 }
 
+/// Help that says `FILE [FILE]` of an argument that is given once or twice.
+class HelpFormat : public CLI::Formatter {
+ public:
+  std::string make_option_usage(const CLI::Option* option) const override {
+    if (option->get_expected_max() != 2) return CLI::Formatter::make_option_usage(option);
+    return fmt::format("{0} [{0}]", make_option_name(option, true));
+  }
+};
+
 /// Which option was meant by an unknown one; "" if none is similar.
 std::string guessOf(const std::string& word, const CLI::App& command) {
   if (!word.starts_with("--")) return {};
@@ -57,6 +68,7 @@ int run(int argc, char** argv) {
       "Sweep a solid along a motion, save the result as .t4d, slice it, animate it, check it.");
   app.name("t4d");
   app.require_subcommand(1);
+  app.formatter(std::make_shared<HelpFormat>());
   app.get_formatter()->column_width(34);
   app.set_version_flag("--version", std::string(versionText()));
   app.footer(

@@ -101,7 +101,7 @@ void addView(CLI::App& app, int& exitCode) {
   auto* command = app.add_subcommand("view", "Show a 4D mesh in a browser");
   auto options = std::make_shared<ViewArguments>();
   command
-      ->add_option("FILES", options->view.inputs,
+      ->add_option("FILE", options->view.inputs,
                    "Input file (.t4d, .t4dm), or two to show side by side: paths or URLs")
       ->required()
       ->expected(1, 2);
