@@ -293,7 +293,7 @@ TEST(RegionOfAVolume, SaysWhatIsWrong) {
   EXPECT_THAT(faultOf(":,:,:,0:2", "one.nrrd"), HasSubstr("has one frame only"));
   EXPECT_THAT(faultOf("5:5,:,:"), HasSubstr("5:5 along x is empty"));
   EXPECT_THAT(faultOf(":,7:3,:"), HasSubstr("7:3 along y is empty"));
-  EXPECT_THAT(faultOf(":,:"), HasSubstr("':,:' has 2 ranges; expected are"));
+  EXPECT_THAT(faultOf(":,:"), HasSubstr("':,:' has 2 ranges; expected those"));
   EXPECT_THAT(faultOf(""), HasSubstr("has 1 ranges"));
   EXPECT_THAT(faultOf(":,:,:,:,:"), HasSubstr("has 5 ranges"));
   EXPECT_THAT(faultOf("1:2:3,:,:"), HasSubstr("'1:2:3' is not a range of whole numbers along x"));
