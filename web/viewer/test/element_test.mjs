@@ -70,6 +70,11 @@ async function openWith(html, name = 'page.html') {
   return { page, errors };
 }
 
+/** The number of workers of a page, once there are `most` or fewer: the browser tells of the end of one a little later. */
+async function workersLeft(page, most) {
+  for (let i = 0; i < 50 && page.workers().length > most; ++i) await page.waitForTimeout(100);
+  return page.workers().length;
+}
 const eventsOf = (page, ...types) => page.evaluate((wanted) =>
   window.events.filter(([type]) => wanted.includes(type)).map(([type, { error, ...detail }]) => [type, detail]), types);
 const messageOf = (page) => page.locator('#message:visible').innerText();
@@ -253,7 +258,7 @@ test('a view that is removed frees what it had', async () => {
     return [contexts.every((gl) => gl.isContextLost()), view.viewer.view.renderer.getContext().isContextLost()];
   });
   assert.deepEqual([lost, kept], [true, false]);
-  assert.equal(page.workers().length, 1);
+  assert.equal(await workersLeft(page, 1), 1);
   // The slabs of one that is left are those that it shows.
   const [users, shown] = await page.evaluate(() => {
     const [{ file, slabs }] = view.viewer.model.panes;
@@ -265,7 +270,7 @@ test('a view that is removed frees what it had', async () => {
     view.remove();
     await Promise.resolve();
   });
-  assert.equal(page.workers().length, 0);
+  assert.equal(await workersLeft(page, 0), 0);
   // Where it is put back, it begins anew.
   const triangles = await page.evaluate(async () => {
     document.body.append(window.removed);
@@ -409,9 +414,7 @@ test('of two files that are named one after the other, the last is shown', async
     return [shown, view.viewer.model.panes.length];
   });
   assert.deepEqual([both, none], [['ring.t4d', 'grows.t4d'], 0]);
-  // The browser tells of the end of a worker a little later.
-  for (let i = 0; i < 50 && page.workers().length > 0; ++i) await page.waitForTimeout(100);
-  assert.equal(page.workers().length, 0);
+  assert.equal(await workersLeft(page, 0), 0);
   assert.deepEqual(errors, []);
   await page.close();
 });
