@@ -26,7 +26,7 @@ constexpr std::size_t kFirstBytes = 348;
 constexpr std::size_t kSecondBytes = 540;
 
 /// The header of a file, whose numbers are read in the file's byte order.
-struct Header {
+struct NiftiFields {
   std::array<char, kSecondBytes> bytes{};
   Layout layout = kFirst;
   bool swapped = false;  ///< its numbers are in the other byte order than the machine's
@@ -87,69 +87,69 @@ std::optional<SampleType> typeOf(int code) {
 }
 
 /// NIfTI's three ways to say where voxels are; the first that is there.
-model::Affine3x4 placeOf(const Header& header) {
-  const Layout& layout = header.layout;
+model::Affine3x4 placeOf(const NiftiFields& fields) {
+  const Layout& layout = fields.layout;
   model::Affine3x4 place = model::Affine3x4::Identity();
-  const int sform = header.code(layout.qform, 1);
+  const int sform = fields.code(layout.qform, 1);
   if (sform > 0) {
     for (int row = 0; row < 3; ++row) {
       for (int column = 0; column < 4; ++column) {
-        place(row, column) = header.real(layout.srow, 4 * row + column);
+        place(row, column) = fields.real(layout.srow, 4 * row + column);
       }
     }
     return place;
   }
-  const Eigen::Vector3d size(std::abs(header.real(layout.pixdim, 1)),
-                             std::abs(header.real(layout.pixdim, 2)),
-                             std::abs(header.real(layout.pixdim, 3)));
-  if (header.code(layout.qform) > 0) {
-    const Eigen::Vector3d xyz(header.real(layout.quaternion, 0), header.real(layout.quaternion, 1),
-                              header.real(layout.quaternion, 2));
+  const Eigen::Vector3d size(std::abs(fields.real(layout.pixdim, 1)),
+                             std::abs(fields.real(layout.pixdim, 2)),
+                             std::abs(fields.real(layout.pixdim, 3)));
+  if (fields.code(layout.qform) > 0) {
+    const Eigen::Vector3d xyz(fields.real(layout.quaternion, 0), fields.real(layout.quaternion, 1),
+                              fields.real(layout.quaternion, 2));
     const double w = std::sqrt(std::max(0.0, 1 - xyz.squaredNorm()));
     const Eigen::Quaterniond turn(w, xyz[0], xyz[1], xyz[2]);
     place.leftCols<3>() = turn.normalized().toRotationMatrix() * size.asDiagonal();
-    if (header.real(layout.pixdim, 0) < 0) place.col(2) *= -1;  // qfac
-    for (int axis = 0; axis < 3; ++axis) place(axis, 3) = header.real(layout.shift, axis);
+    if (fields.real(layout.pixdim, 0) < 0) place.col(2) *= -1;  // qfac
+    for (int axis = 0; axis < 3; ++axis) place(axis, 3) = fields.real(layout.shift, axis);
     return place;
   }
   place.leftCols<3>() = size.asDiagonal();
   return place;
 }
 
-Result<Header> readHeader(const std::filesystem::path& path) {
-  Header header;
+Result<NiftiFields> readNiftiFields(const std::filesystem::path& path) {
+  NiftiFields fields;
   if (auto there = openHeader(path); !there) return there.error();
   // Reads what is not compressed as well.
   gzFile file = gzopen(path.c_str(), "rb");
   if (file == nullptr) return fail(ErrorCode::Io, "cannot open", path);
-  const int got = gzread(file, header.bytes.data(), header.bytes.size());
-  header.packed = gzdirect(file) == 0;
+  const int got = gzread(file, fields.bytes.data(), fields.bytes.size());
+  fields.packed = gzdirect(file) == 0;
   gzclose(file);
   if (got == 0) return invalid("is empty", path);
   if (got < static_cast<int>(kFirstBytes)) {
     return invalid("is not a NIfTI file: it is shorter than a header", path);
   }
   std::uint32_t size = 0;
-  std::memcpy(&size, header.bytes.data(), sizeof size);
-  header.swapped = size != kFirstBytes && size != kSecondBytes;
-  if (header.swapped) size = __builtin_bswap32(size);
-  if (size == kSecondBytes) header.layout = kSecond;
-  const bool second = header.layout.second;
-  const std::string_view magic(header.bytes.data() + header.layout.magic, 3);
-  header.pair = magic == (second ? "ni2" : "ni1");
+  std::memcpy(&size, fields.bytes.data(), sizeof size);
+  fields.swapped = size != kFirstBytes && size != kSecondBytes;
+  if (fields.swapped) size = __builtin_bswap32(size);
+  if (size == kSecondBytes) fields.layout = kSecond;
+  const bool second = fields.layout.second;
+  const std::string_view magic(fields.bytes.data() + fields.layout.magic, 3);
+  fields.pair = magic == (second ? "ni2" : "ni1");
   const bool single = magic == (second ? "n+2" : "n+1");
-  if (size != header.size() || !(single || header.pair) || std::cmp_less(got, size)) {
+  if (size != fields.size() || !(single || fields.pair) || std::cmp_less(got, size)) {
     return invalid(
         "is not a NIfTI file: size and magic of its header are neither those of version "
         "1 nor 2",
         path);
   }
-  return header;
+  return fields;
 }
 
 /// The type and number of the samples along each axis.
-Result<void> takeSamples(const Header& header, Volume& volume) {
-  const int code = header.at<std::int16_t>(header.layout.datatype);
+Result<void> takeNiftiSamples(const NiftiFields& fields, Volume& volume) {
+  const int code = fields.at<std::int16_t>(fields.layout.datatype);
   const auto type = typeOf(code);
   if (!type) {
     return invalid(fmt::format("has samples of NIfTI's type {}; integers, and floats of 32 and 64 "
@@ -158,12 +158,12 @@ Result<void> takeSamples(const Header& header, Volume& volume) {
                    volume.where);
   }
   volume.type = *type;
-  const std::int64_t axes = header.dim(0);
+  const std::int64_t axes = fields.dim(0);
   if (axes < 3 || axes > 7) {
     return invalid(fmt::format("has {} axes; expected three or four", axes), volume.where);
   }
   for (int i = 1; i <= axes; ++i) {
-    const std::int64_t size = header.dim(i);
+    const std::int64_t size = fields.dim(i);
     if (size < 1 || (i > 4 && size != 1)) {
       return invalid(fmt::format("has {} samples along axis {}; expected {}", size, i,
                                  i > 4 ? "1, for samples are single numbers" : "1 or more"),
@@ -172,19 +172,19 @@ Result<void> takeSamples(const Header& header, Volume& volume) {
     if (i <= 4) volume.sizes.push_back(static_cast<std::uint64_t>(size));
   }
   volume.axes = std::string("xyzt").substr(0, volume.sizes.size());
-  const double slope = header.real(header.layout.slope);
+  const double slope = fields.real(fields.layout.slope);
   if (std::isfinite(slope) && slope != 0) {
     volume.slope = slope;
-    volume.intercept = header.real(header.layout.slope, 1);
+    volume.intercept = fields.real(fields.layout.slope, 1);
   }
   return {};
 }
 
 /// The units, and the times of the frames. Fails if the fourth axis is not the time.
-Result<void> takeTimes(const Header& header, Volume& volume) {
-  const int units = header.layout.second
-                        ? header.at<std::int32_t>(header.layout.units)
-                        : static_cast<unsigned char>(header.bytes[header.layout.units]);
+Result<void> takeNiftiTimes(const NiftiFields& fields, Volume& volume) {
+  const int units = fields.layout.second
+                        ? fields.at<std::int32_t>(fields.layout.units)
+                        : static_cast<unsigned char>(fields.bytes[fields.layout.units]);
   constexpr std::array<const char*, 4> kLengths = {"", "m", "mm", "um"};
   constexpr std::array<const char*, 4> kTimes = {"", "s", "ms", "us"};
   constexpr std::array<const char*, 3> kOthers = {"hertz", "parts per million",
@@ -200,28 +200,28 @@ Result<void> takeTimes(const Header& header, Volume& volume) {
                             kOthers[time - kTimes.size()]),
                 volume.where);
   }
-  const double step = header.real(header.layout.pixdim, 4);
+  const double step = fields.real(fields.layout.pixdim, 4);
   if (std::isfinite(step) && step > 0) volume.frameTime = step;
-  const double start = header.real(header.layout.toffset);
+  const double start = fields.real(fields.layout.toffset);
   if (std::isfinite(start)) volume.startTime = start;
   return {};
 }
 
 /// Where the samples are: in the same file, or in an .img beside it.
-Result<SampleData> dataOf(const Header& header, const std::filesystem::path& path) {
+Result<SampleData> niftiDataOf(const NiftiFields& fields, const std::filesystem::path& path) {
   SampleData data{path};
   data.mayHaveMore = true;
-  const Layout& layout = header.layout;
-  const double offset = layout.second ? static_cast<double>(header.at<std::int64_t>(layout.offset))
-                                      : header.real(layout.offset);
-  const double least = header.pair ? 0 : static_cast<double>(header.size());
+  const Layout& layout = fields.layout;
+  const double offset = layout.second ? static_cast<double>(fields.at<std::int64_t>(layout.offset))
+                                      : fields.real(layout.offset);
+  const double least = fields.pair ? 0 : static_cast<double>(fields.size());
   constexpr double kMost = 1e9;
   if (!(offset >= least && offset <= kMost)) {
     return invalid(fmt::format("says that its samples begin at byte {}", offset), path);
   }
   data.begin = static_cast<std::uint64_t>(offset);
-  data.encoding = header.packed ? SampleEncoding::Gzip : SampleEncoding::Raw;
-  if (!header.pair) return data;
+  data.encoding = fields.packed ? SampleEncoding::Gzip : SampleEncoding::Raw;
+  if (!fields.pair) return data;
   data.path.replace_extension();  // .hdr, or .gz of .hdr.gz
   if (data.path.extension() == ".hdr") data.path.replace_extension();
   data.path += ".img";
@@ -244,20 +244,20 @@ Result<SampleData> dataOf(const Header& header, const std::filesystem::path& pat
 }  // namespace
 
 Result<Volume> readNiftiHeader(const std::filesystem::path& path) {
-  const auto header = readHeader(path);
-  if (!header) return header.error();
+  const auto fields = readNiftiFields(path);
+  if (!fields) return fields.error();
   Volume volume;
   volume.where = path.string();
-  volume.order = header->swapped == (std::endian::native == std::endian::little)
+  volume.order = fields->swapped == (std::endian::native == std::endian::little)
                      ? std::endian::big
                      : std::endian::little;
-  if (auto taken = takeSamples(*header, volume); !taken) return taken.error();
-  volume.place = placeOf(*header);
+  if (auto taken = takeNiftiSamples(*fields, volume); !taken) return taken.error();
+  volume.place = placeOf(*fields);
   // Where both codes are 0, the standard says nothing of directions.
-  const int qform = header->layout.qform;
-  if (header->code(qform) > 0 || header->code(qform, 1) > 0) volume.space = "RAS";
-  if (auto taken = takeTimes(*header, volume); !taken) return taken.error();
-  auto data = dataOf(*header, path);
+  const int qform = fields->layout.qform;
+  if (fields->code(qform) > 0 || fields->code(qform, 1) > 0) volume.space = "RAS";
+  if (auto taken = takeNiftiTimes(*fields, volume); !taken) return taken.error();
+  auto data = niftiDataOf(*fields, path);
   if (!data) return data.error();
   volume.data = {std::move(*data)};
   return volume;
