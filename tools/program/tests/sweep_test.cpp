@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <sstream>
 #include <string>
 
@@ -206,16 +208,22 @@ TEST_F(Program, AStepThatTurnsFarHasANote) {
   EXPECT_EQ(run(base + "8").err, "");
 }
 
-/// Compares the peak memory that the program reports.
+/// Compares the peak memory that the program reports: the least of a few runs, as threads that the
+/// system holds up make more of it.
 TEST_F(Program, MemoryDoesNotGrowWithTheMotion) {
   write("one.json", R"({"segments": [{"duration": 1, "axis_direction": [1, 0, 0],
                        "angle_degrees": 360, "translation": [20, 0, 0]}]})");
   write("ten.json", R"({"segments": [{"duration": 1, "axis_direction": [1, 0, 0],
                        "angle_degrees": 360, "translation": [20, 0, 0], "repeat": 10}]})");
   const auto peak = [&](const std::string& motion) {
-    return run("sweep fx/bolt.obj -m " + motion + " -o m.t4d --json").value()["peak_bytes"];
+    double least = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < 4; ++i) {
+      const json report = run("sweep fx/bolt.obj -m " + motion + " -o m.t4d --json").value();
+      least = std::min(least, report["peak_bytes"].get<double>());
+    }
+    return least;
   };
-  EXPECT_LT(peak("ten.json").get<double>(), 1.1 * peak("one.json").get<double>());
+  EXPECT_LT(peak("ten.json"), 1.1 * peak("one.json"));
 }
 
 TEST_F(Program, SweepStatesItsDeviationAndHalfTurns) {
