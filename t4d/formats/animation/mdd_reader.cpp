@@ -15,9 +15,7 @@ constexpr std::size_t kMddHeaderBytes = 8;
 }  // namespace
 
 Result<PointCache> openMdd(std::unique_ptr<ByteSource> source) {
-  const auto at = [&](std::uint64_t byte) {
-    return placeIn(source->name(), fmt::format("byte {}", byte));
-  };
+  const auto at = [&](std::uint64_t byte) { return cacheByte(*source, byte); };
   if (source->size() < kMddHeaderBytes) {
     return invalid(fmt::format("the file ends in the header of {} bytes", kMddHeaderBytes),
                    at(source->size()));

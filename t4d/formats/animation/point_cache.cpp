@@ -9,11 +9,11 @@ namespace {
 
 constexpr std::uint64_t kPointBytes = 3 * sizeof(float);
 
+}  // namespace
+
 Place cacheByte(const ByteSource& source, std::uint64_t offset) {
   return placeIn(source.name(), fmt::format("byte {}", offset));
 }
-
-}  // namespace
 
 Result<void> PointCache::checkSize(const ByteSource& source, const Layout& layout,
                                    std::uint64_t at) {
