@@ -1,10 +1,10 @@
 #include "t4d/measure/offset_surface.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <numbers>
 
+#include "t4d/measure/marching_tetrahedra.h"
 #include "t4d/measure/parallel_for.h"
 #include "t4d/measure/triangle_tree.h"
 
@@ -25,22 +25,6 @@ double levelOf(double reach, double spacing) {
 /// The longest edge of pieces of triangles, in units: some voxels.
 constexpr double kLongest = 16;
 
-/// The tetrahedra about the diagonal of a cube, whose corners have the numbers x + 2 y + 4 z, all
-/// with det[b - a, c - a, d - a] > 0. Those of neighbours fit.
-constexpr std::array<std::array<std::uint8_t, 4>, 6> kTetrahedra = {
-    {{0, 1, 3, 7}, {0, 2, 6, 7}, {0, 4, 5, 7}, {0, 2, 7, 3}, {0, 1, 7, 5}, {0, 4, 7, 6}}};
-
-/// The even orders of four corners with each of them first.
-constexpr std::array<std::array<std::uint8_t, 4>, 4> kFirst = {
-    {{0, 1, 2, 3}, {1, 0, 3, 2}, {2, 3, 0, 1}, {3, 2, 1, 0}}};
-/// Those with corners 0 and 1, 2 or 3 in front, and those with the other two in front.
-constexpr std::array<std::array<std::uint8_t, 4>, 6> kPairs = {
-    {{0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}, {2, 3, 0, 1}, {3, 1, 0, 2}, {1, 2, 0, 3}}};
-
-LatticeIndex cornerOf(const LatticeIndex& low, unsigned corner) {
-  return {low[0] + (corner & 1), low[1] + (corner >> 1 & 1), low[2] + (corner >> 2 & 1)};
-}
-
 class Offset {
  public:
   Offset(const TriangleMesh& surface, const VisitLattice& visits, double reach)
@@ -54,15 +38,11 @@ class Offset {
   TriangleMesh make(const model::Progress& progress) {
     findCubes(partOf(progress, 0, 0.5));
     findValues(partOf(progress, 0.5, 0.9));
-    findMixed(partOf(progress, 0.9, 1));
-    setVertices();
-    setTriangles();
-    return std::move(mesh_);
+    return marchingTetrahedra(lattice_, cubes_, values_, level_ * level_, kOffsetMargin,
+                              partOf(progress, 0.9, 1));
   }
 
  private:
-  using Cube = std::array<std::uint32_t, 8>;  // its corners in points_
-
   /// The surface in units, with long triangles cut in pieces: boxes about slivers that lie across
   /// the axes have everything in them.
   TriangleMesh scaled(const TriangleMesh& surface) const {
@@ -97,10 +77,6 @@ class Offset {
     return pieces;
   }
 
-  Point3 placeOf(const LatticeIndex& point) const {
-    return {lattice_.at[0][point[0]], lattice_.at[1][point[1]], lattice_.at[2][point[2]]};
-  }
-
   /// Whether a block of cubes may meet the surface.
   bool mayMeet(const LatticeIndex& low, std::uint32_t size) const {
     constexpr std::uint32_t kSmall = 8;  // so that its points are looked at in no time
@@ -111,8 +87,8 @@ class Offset {
       high[axis] = std::min(low[axis] + size, last);
     }
     if (size <= kSmall && visits_.allInside(low, high)) return false;
-    const Point3 from = placeOf(low) * unit_;
-    const Point3 to = placeOf(high) * unit_;
+    const Point3 from = lattice_.place(low) * unit_;
+    const Point3 to = lattice_.place(high) * unit_;
     const double half = kSlack * (to - from).norm() / 2;
     const double distance = tree_.nearest((from + to) / 2, level_ + half).distance;
     return distance < level_ + half && distance > level_ - half;
@@ -122,166 +98,31 @@ class Offset {
   /// and the other farther: an edge is no longer than sqrt(3) spacings, and the level half of that
   /// at least, so the set's surface does not pass between points that are both farther away.
   void findCubes(const model::Progress& progress) {
-    std::uint32_t size = 1;
-    for (const auto& at : lattice_.at) {
-      size = std::max(size, std::bit_ceil(static_cast<std::uint32_t>(at.size() - 1)));
-    }
-    cubes_ = {0};
-    for (double done = 0;; size /= 2) {
-      std::vector<std::uint8_t> meets(cubes_.size());
-      // Half of the work is that of the last round.
-      const double now = size == 1 ? 1 : (1 + done) / 2;
-      parallelFor(cubes_.size(), partOf(progress, done, now),
-                  [&](std::size_t i) { meets[i] = mayMeet(indexOf(cubes_[i]), size) ? 1 : 0; });
-      done = size == 2 ? 0.5 : 0.5 * done;
-      std::vector<std::uint64_t> next;
-      for (std::size_t i = 0; i < cubes_.size(); ++i) {
-        if (meets[i] == 0) continue;
-        if (size == 1) {
-          next.push_back(cubes_[i]);
-          continue;
-        }
-        const LatticeIndex low = indexOf(cubes_[i]);
-        for (unsigned corner = 0; corner < 8; ++corner) {
-          LatticeIndex child = low;
-          bool exists = true;
-          for (int axis = 0; axis < 3; ++axis) {
-            child[axis] += (corner >> axis & 1) * size / 2;
-            exists = exists && child[axis] + 1 < lattice_.at[axis].size();
-          }
-          if (exists) next.push_back(keyOf(child));
-        }
-      }
-      cubes_ = std::move(next);
-      if (size == 1) break;
-    }
-    std::ranges::sort(cubes_);
+    cubes_ = cubesThatMeet(
+        lattice_, [&](const LatticeIndex& low, std::uint32_t size) { return mayMeet(low, size); },
+        progress);
   }
 
   void findValues(const model::Progress& progress) {
-    points_.reserve(8 * cubes_.size());
-    for (const std::uint64_t cube : cubes_) {
-      for (unsigned corner = 0; corner < 8; ++corner) {
-        points_.push_back(keyOf(cornerOf(indexOf(cube), corner)));
-      }
-    }
-    std::ranges::sort(points_);
-    points_.erase(std::ranges::unique(points_).begin(), points_.end());
-    points_.shrink_to_fit();
-    values_.resize(points_.size());
+    auto& [points, values] = values_;
+    points = allCornersOf(cubes_);
+    values.resize(points.size());
     const double most = level_ + 2 * std::numbers::sqrt3 * lattice_.spacing * unit_;
-    parallelFor(points_.size(), progress, [&](std::size_t i) {
-      const LatticeIndex point = indexOf(points_[i]);
+    parallelFor(points.size(), progress, [&](std::size_t i) {
+      const LatticeIndex point = indexOf(points[i]);
       if (visits_.isInside(point)) return;
-      const double distance = tree_.nearest(placeOf(point) * unit_, most).distance;
-      values_[i] = distance * distance;
+      const double distance = tree_.nearest(lattice_.place(point) * unit_, most).distance;
+      values[i] = distance * distance;
     });
-  }
-
-  bool isInside(std::uint32_t point) const { return values_[point] <= level_ * level_; }
-
-  void findMixed(const model::Progress& progress) {
-    std::vector<Cube> all(cubes_.size());
-    parallelFor(cubes_.size(), progress, [&](std::size_t i) {
-      for (unsigned corner = 0; corner < 8; ++corner) {
-        const std::uint64_t key = keyOf(cornerOf(indexOf(cubes_[i]), corner));
-        all[i][corner] =
-            static_cast<std::uint32_t>(std::ranges::lower_bound(points_, key) - points_.begin());
-      }
-    });
-    std::erase_if(all, [&](const Cube& cube) {
-      return std::ranges::all_of(cube, [&](auto point) { return isInside(point); }) ||
-             std::ranges::none_of(cube, [&](auto point) { return isInside(point); });
-    });
-    mixed_ = std::move(all);
-    cubes_ = {};
-  }
-
-  template <class Visit>
-  void forEachCut(const Cube& cube, const Visit& visit) const {
-    for (unsigned low = 0; low < 8; ++low) {
-      for (unsigned high = low + 1; high < 8; ++high) {
-        if ((low & high) != low || isInside(cube[low]) == isInside(cube[high])) continue;
-        visit(cube[low], cube[high], high ^ low);
-      }
-    }
-  }
-
-  /// The number of the vertex on the edge from a point in a direction, one of seven.
-  std::uint32_t vertexOn(std::uint32_t low, unsigned direction) const {
-    const unsigned before = cuts_[low] & ((1U << direction) - 1);
-    return firsts_[low] + static_cast<std::uint32_t>(std::popcount(before));
-  }
-
-  void setVertices() {
-    cuts_.assign(points_.size(), 0);
-    for (const Cube& cube : mixed_) {
-      forEachCut(cube, [&](std::uint32_t low, std::uint32_t /*high*/, unsigned direction) {
-        cuts_[low] = static_cast<std::uint8_t>(cuts_[low] | 1U << direction);
-      });
-    }
-    std::uint32_t count = 0;
-    firsts_.resize(points_.size());
-    for (std::size_t i = 0; i < points_.size(); ++i) {
-      firsts_[i] = count;
-      count += static_cast<std::uint32_t>(std::popcount(cuts_[i]));
-    }
-    mesh_.vertices.resize(count);
-    for (const Cube& cube : mixed_) {
-      forEachCut(cube, [&](std::uint32_t low, std::uint32_t high, unsigned direction) {
-        const std::uint32_t in = isInside(low) ? low : high;
-        const std::uint32_t out = isInside(low) ? high : low;
-        const double part = (level_ * level_ - values_[in]) / (values_[out] - values_[in]);
-        const Point3 from = placeOf(indexOf(points_[in]));
-        const Point3 to = placeOf(indexOf(points_[out]));
-        mesh_.vertices[vertexOn(low, direction)] =
-            from + std::clamp(part, kOffsetMargin, 1 - kOffsetMargin) * (to - from);
-      });
-    }
-  }
-
-  void setTriangles() {
-    for (const Cube& cube : mixed_) {
-      for (const auto& tetrahedron : kTetrahedra) addTriangles(cube, tetrahedron);
-    }
-  }
-
-  void addTriangles(const Cube& cube, const std::array<std::uint8_t, 4>& tetrahedron) {
-    unsigned inside = 0;
-    for (unsigned i = 0; i < 4; ++i) {
-      if (isInside(cube[tetrahedron[i]])) inside |= 1U << i;
-    }
-    const auto on = [&](std::uint8_t a, std::uint8_t b) {
-      const unsigned p = tetrahedron[a];
-      const unsigned q = tetrahedron[b];
-      return vertexOn(cube[p & q], p ^ q);
-    };
-    const int count = std::popcount(inside);
-    if (count == 1 || count == 3) {
-      const auto& [i, j, k, l] =
-          kFirst[static_cast<std::size_t>(std::countr_zero(count == 1 ? inside : ~inside))];
-      mesh_.triangles.push_back(count == 1 ? model::Triangle{on(i, j), on(i, k), on(i, l)}
-                                           : model::Triangle{on(i, j), on(i, l), on(i, k)});
-    } else if (count == 2) {
-      const auto& [i, j, k, l] = *std::ranges::find_if(
-          kPairs, [&](const auto& pair) { return inside == (1U << pair[0] | 1U << pair[1]); });
-      mesh_.triangles.push_back({on(i, k), on(i, l), on(j, l)});
-      mesh_.triangles.push_back({on(i, k), on(j, l), on(j, k)});
-    }
   }
 
   const VisitLattice& visits_;
   const SpaceLattice& lattice_;
   double unit_;
-  double level_;                       // in units
-  TriangleTree tree_;                  // in units
-  std::vector<std::uint64_t> cubes_;   // those that may meet the surface
-  std::vector<std::uint64_t> points_;  // their corners
-  std::vector<double> values_;         // squares of distances
-  std::vector<Cube> mixed_;            // cubes with corners on both sides
-  std::vector<std::uint8_t> cuts_;     // of each point, the directions of edges that are cut
-  std::vector<std::uint32_t> firsts_;  // their first vertex
-  TriangleMesh mesh_;
+  double level_;                      // in units
+  TriangleTree tree_;                 // in units
+  std::vector<std::uint64_t> cubes_;  // those that may meet the surface
+  LatticeValues values_;              // at their corners: squares of distances
 };
 
 }  // namespace

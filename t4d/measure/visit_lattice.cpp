@@ -5,14 +5,12 @@
 #include <limits>
 #include <optional>
 
-#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_reduce.h>
 #include <tbb/parallel_sort.h>
 
 #include "t4d/measure/exact_signs.h"
 #include "t4d/measure/parallel_for.h"
-#include "t4d/model/voxel_size.h"
 
 namespace t4d::measure {
 namespace {
@@ -109,58 +107,6 @@ std::array<Point3, 3> cornersOf(const TriangleMesh& mesh, std::size_t triangle) 
 }
 
 }  // namespace
-
-Result<SpaceLattice> SpaceLattice::about(const model::Bounds3& bounds, double spacing) {
-  SpaceLattice lattice;
-  lattice.spacing = spacing;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double least = bounds.min[axis];
-    const double most = bounds.max[axis];
-    const double cells = most / spacing - least / spacing;
-    if (!(cells < kMostPoints - 3)) {
-      return model::tooManyVoxels(spacing, cells, kMostPoints);
-    }
-    const double whole = std::floor(cells);
-    const auto count = static_cast<std::uint32_t>(cells - whole < 0.5 ? whole + 1 : whole + 2);
-    const double middle = 0.5 * least + 0.5 * most;
-    std::vector<double>& at = lattice.at[axis];
-    for (std::uint32_t i = 0; i <= count; ++i) at.push_back(middle + (i - 0.5 * count) * spacing);
-    // Places within a cell have to be told apart, too.
-    constexpr double kSteps = 1024;
-    const double largest = std::max(std::abs(at.front()), std::abs(at.back()));
-    const double step = std::nextafter(largest, std::numeric_limits<double>::infinity()) - largest;
-    if (!(spacing > kSteps * step) || !(at.front() < least && at.back() > most)) {
-      return fail(
-          ErrorCode::Unsupported,
-          fmt::format("a voxel size of {} is too small for coordinates of {:.6g}, which are "
-                      "rounded to multiples of {:.3g}",
-                      spacing, largest, step),
-          {}, Remedy::VoxelSize);
-    }
-  }
-  return lattice;
-}
-
-/// The number of the first point that does not come before a place. Searched for near the place
-/// that the spacing gives, which rounding moves by a point at most.
-template <class ComesBefore>
-std::uint32_t SpaceLattice::firstNear(int axis, double value, ComesBefore comesBefore) const {
-  const std::vector<double>& points = at[axis];
-  const double last = static_cast<double>(points.size());
-  const double steps = std::clamp((value - points.front()) / spacing, 0.0, last);
-  auto number = static_cast<std::uint32_t>(steps);
-  while (number > 0 && !comesBefore(points[number - 1])) --number;
-  while (number < points.size() && comesBefore(points[number])) ++number;
-  return number;
-}
-
-std::uint32_t SpaceLattice::firstFrom(int axis, double value) const {
-  return firstNear(axis, value, [value](double point) { return point < value; });
-}
-
-std::uint32_t SpaceLattice::firstAfter(int axis, double value) const {
-  return firstNear(axis, value, [value](double point) { return point <= value; });
-}
 
 /// Where a triangle crosses a lattice edge.
 struct VisitLattice::Event {

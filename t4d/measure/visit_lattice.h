@@ -5,8 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "t4d/model/error.h"
-#include "t4d/model/slab.h"
+#include "t4d/measure/space_lattice.h"
 #include "t4d/model/triangle_mesh.h"
 
 /// Winding numbers of a closed surface at the points of a lattice, exact and in memory that grows
@@ -17,45 +16,6 @@
 /// (simulation of simplicity), so that every point is on one side, the same for lines in all
 /// directions.
 namespace t4d::measure {
-
-/// The points of a lattice in space, spaced evenly and equally along all axes.
-struct SpaceLattice {
-  double spacing = 1;
-  std::array<std::vector<double>, 3> at;  ///< coordinates, increasing, at least two along each axis
-
-  /// A lattice about the middle of `bounds` that encloses them. Their sides are a quarter of a
-  /// spacing or more away from lattice planes. Fails if there are more than kMostPoints along an
-  /// axis, and if coordinates are too large for the spacing.
-  static Result<SpaceLattice> about(const model::Bounds3& bounds, double spacing);
-
-  static constexpr std::uint32_t kMostPoints = 1U << 20;
-
-  /// The number of the first point along an axis that is not below a value, or is above it; the
-  /// number of points if there is none.
-  std::uint32_t firstFrom(int axis, double value) const;
-  std::uint32_t firstAfter(int axis, double value) const;
-
-  std::uint64_t pointCount() const {
-    return std::uint64_t{at[0].size()} * at[1].size() * at[2].size();
-  }
-
- private:
-  template <class ComesBefore>
-  std::uint32_t firstNear(int axis, double value, ComesBefore comesBefore) const;
-};
-
-/// A point of a lattice, or the lower end of an edge, or the lowest corner of a cube.
-using LatticeIndex = std::array<std::uint32_t, 3>;
-
-/// Orders indices by x, then y, then z.
-constexpr std::uint64_t keyOf(const LatticeIndex& i) {
-  return std::uint64_t{i[0]} << 42 | std::uint64_t{i[1]} << 21 | i[2];
-}
-constexpr LatticeIndex indexOf(std::uint64_t key) {
-  constexpr std::uint64_t kMask = (1U << 21) - 1;
-  return {static_cast<std::uint32_t>(key >> 42), static_cast<std::uint32_t>(key >> 21 & kMask),
-          static_cast<std::uint32_t>(key & kMask)};
-}
 
 /// Where a lattice edge passes from places with a winding number below 1 to others. If it does so
 /// several times, the place that is nearest to its outer end.
