@@ -111,7 +111,8 @@ bool readAndJudge4d(const Sample& sample, const std::string& bytes) {
 /// What is read from a damaged file must still be a mesh. True when the file was not refused.
 bool readAndJudge(const Sample& sample, const std::string& bytes) {
   if (!sample.format4d.empty()) return readAndJudge4d(sample, bytes);
-  const auto loaded = readTriangleMesh(writeFile("damaged_" + sample.file, bytes));
+  const auto loaded =
+      readTriangleMesh(writeFile("damaged_" + sample.file, bytes), Keep::Attributes);
   if (!loaded) {
     judgeRefusal(loaded.error());
     return false;

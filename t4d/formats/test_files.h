@@ -26,8 +26,9 @@ inline std::filesystem::path writeFile(const std::string& name, const std::strin
 }
 
 /// The mesh in a file of these bytes; the test fails when it is refused.
-inline LoadedMesh readBytes(const std::string& name, const std::string& bytes) {
-  auto loaded = readTriangleMesh(writeFile(name, bytes));
+inline LoadedMesh readBytes(const std::string& name, const std::string& bytes,
+                            Keep keep = Keep::Shape) {
+  auto loaded = readTriangleMesh(writeFile(name, bytes), keep);
   EXPECT_TRUE(loaded) << loaded.error().text();
   return loaded ? *loaded : LoadedMesh{};
 }

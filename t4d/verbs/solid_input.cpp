@@ -13,20 +13,19 @@
 namespace t4d::verbs {
 namespace {
 
+formats::Keep keepOf(const SolidInput& input) {
+  return input.attributes ? formats::Keep::Attributes : formats::Keep::Shape;
+}
+
 Result<LoadedSolid> readOneBody(const SolidInput& input, Observer& observer) {
   auto read = [&] {
     const auto stage = observer.stage("reading " + input.path);
-    return formats::readTriangleMesh(input.path);
+    return formats::readTriangleMesh(input.path, keepOf(input));
   }();
   if (!read) return read.error();
   LoadedSolid loaded;
   observer.noteEach(read->notices);
-  if (input.attributes) {
-    read->mesh.attributes = std::move(read->attributes);
-    read->losses = std::move(read->lossesBesideAttributes);
-    loaded.materials = std::move(read->materials);
-    observer.noteEach(read->attributeNotices);
-  }
+  loaded.materials = std::move(read->materials);
   loaded.bodies.push_back(
       {std::filesystem::path(input.path).stem().string(), std::move(read->mesh)});
   loaded.losses = std::move(read->losses);
@@ -35,17 +34,12 @@ Result<LoadedSolid> readOneBody(const SolidInput& input, Observer& observer) {
 }
 
 Result<LoadedSolid> readDividedBodies(const SolidInput& input, Observer& observer) {
-  auto read = formats::readMeshBodies(input.path, *input.bodies);
+  auto read = formats::readMeshBodies(input.path, *input.bodies, keepOf(input));
   if (!read) return read.error();
   LoadedSolid loaded;
   observer.noteEach(read->notices);
   loaded.bodies = std::move(read->bodies);
-  if (input.attributes) {
-    loaded.materials = std::move(read->materials);
-    observer.noteEach(read->attributeNotices);
-  } else {
-    for (formats::NamedMesh& body : loaded.bodies) body.mesh.attributes.clear();
-  }
+  loaded.materials = std::move(read->materials);
   return loaded;
 }
 

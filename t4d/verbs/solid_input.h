@@ -15,7 +15,7 @@ struct SolidInput {
   std::string path;
   std::optional<formats::BodiesBy> bodies = {};          ///< what divides it; nothing for one body
   std::optional<edit::MendSurfaceOptions> mending = {};  ///< nothing: as it is
-  bool attributes = false;  ///< the meshes have formats::LoadedMesh::attributes
+  bool attributes = false;                               ///< keep them (formats::Keep::Attributes)
 };
 
 struct LoadedSolid {

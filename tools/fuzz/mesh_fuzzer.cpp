@@ -13,17 +13,17 @@ namespace {
 Result<formats::LoadedMesh> read(char format, const formats::InputFile& file) {
   switch (format) {
     case 's':
-      return formats::readStl(file);
+      return formats::readStl(file, formats::Keep::Attributes);
     case 'o':
-      return formats::readObj(file);
+      return formats::readObj(file, formats::Keep::Attributes);
     case 'p':
-      return formats::readPly(file);
+      return formats::readPly(file, formats::Keep::Attributes);
     case 'v':
-      return formats::readVtp(file);
+      return formats::readVtp(file, formats::Keep::Attributes);
     case 'u':
-      return formats::readVtuSurface(file);
+      return formats::readVtuSurface(file, formats::Keep::Attributes);
     default:
-      return formats::readOff(file);
+      return formats::readOff(file, formats::Keep::Attributes);
   }
 }
 

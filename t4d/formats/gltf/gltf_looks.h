@@ -12,7 +12,7 @@ namespace t4d::formats {
 
 /// Colours and texture coordinates of the points of a GltfGeometry.
 struct GltfLooks {
-  /// `color` and `uv` as in LoadedMesh::attributes, with a row for each point of all parts.
+  /// `color` and `uv` as of Keep::Attributes, with a row for each point of all parts.
   std::vector<model::Attribute> rows;
   std::set<std::string> names;       ///< of these attributes in glTF: COLOR_0, TEXCOORD_0
   std::vector<std::string> notices;  ///< what was filled in where a primitive has none

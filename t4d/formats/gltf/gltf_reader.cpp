@@ -23,7 +23,7 @@ class RestReader {
  public:
   RestReader(const InputFile& file, const tinygltf::Model& model) : file_(file), model_(model) {}
 
-  Result<LoadedMesh> read() {
+  Result<LoadedMesh> read(Keep keep) {
     if (auto placed = model_.nodes.empty() ? placeAll() : placeScene(); !placed) {
       return placed.error();
     }
@@ -41,15 +41,16 @@ class RestReader {
         if (auto done = geometry.addMesh(mesh, world * instance); !done) return done.error();
       }
     }
-    GltfLooks looks = readGltfLooks(file_, model_, geometry.parts());
+    GltfLooks looks;
+    if (keep == Keep::Attributes) looks = readGltfLooks(file_, model_, geometry.parts());
     FileCorners corners;
     if (!looks.rows.empty()) geometry.keepCornersIn(corners);
     auto loaded = std::move(geometry).finish();
     if (!loaded) return loaded;
     for (const model::Attribute& rows : looks.rows) {
-      loaded->attributes.push_back(cornerAttribute(rows, corners.points, corners, loaded->mesh));
+      loaded->mesh.attributes.push_back(
+          cornerAttribute(rows, corners.points, corners, loaded->mesh));
     }
-    loaded->attributeNotices = std::move(looks.notices);
     if (hidden_ > 0) {
       loaded->notices.push_back(
           fmt::format("left out {}, whose scale is zero", model::counted(hidden_, "hidden node")));
@@ -63,9 +64,9 @@ class RestReader {
           "matrices of nodes shear the mesh, which glTF does not allow; they are applied as they "
           "are");
     }
-    loaded->losses = gltfLosses(model_, used_);
+    loaded->notices.insert(loaded->notices.end(), looks.notices.begin(), looks.notices.end());
     used_.attributes = std::move(looks.names);
-    loaded->lossesBesideAttributes = gltfLosses(model_, used_);
+    loaded->losses = gltfLosses(model_, used_);
     return loaded;
   }
 
@@ -129,10 +130,10 @@ class RestReader {
 
 }  // namespace
 
-Result<LoadedMesh> readGltf(const InputFile& file) {
+Result<LoadedMesh> readGltf(const InputFile& file, Keep keep) {
   auto loaded = loadGltfModel(file);
   if (!loaded) return loaded.error();
-  auto mesh = RestReader(file, loaded->model).read();
+  auto mesh = RestReader(file, loaded->model).read(keep);
   if (mesh) mesh->otherFiles = std::move(loaded->bufferFiles);
   return mesh;
 }

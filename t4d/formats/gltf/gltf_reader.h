@@ -11,6 +11,6 @@ namespace t4d::formats {
 /// Reads positions alone, at rest: skins, morph targets, animations, further scenes, other
 /// attributes, materials, images and cameras are losses, as far as they concern what is read.
 /// Compressed geometry is refused.
-Result<LoadedMesh> readGltf(const InputFile& file);
+Result<LoadedMesh> readGltf(const InputFile& file, Keep keep = Keep::Shape);
 
 }  // namespace t4d::formats

@@ -336,24 +336,27 @@ TEST(GltfReader, ListsWhatOnlyConcernsTheLookInOneLine) {
 
 TEST(GltfReader, KeepsColorsAndTextureCoordinates) {
   // The bytes of the positions again: the texture coordinates (0, 0), (0, 1), (0, 0), (0, 1).
-  const auto loaded = readBytes("a.glb", glb(patched(R"([
+  const std::string bytes = glb(patched(R"([
       {"op": "add", "path": "/accessors/-", "value":
         {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC2"}},
       {"op": "add", "path": "/meshes/0/primitives/0/attributes/COLOR_0", "value": 0},
       {"op": "add", "path": "/meshes/0/primitives/0/attributes/TEXCOORD_0", "value": 2},
-      {"op": "add", "path": "/meshes/0/primitives/0/attributes/TEXCOORD_1", "value": 2}])")));
-  ASSERT_EQ(loaded.attributes.size(), 2U);
+      {"op": "add", "path": "/meshes/0/primitives/0/attributes/TEXCOORD_1", "value": 2}])"));
+  const auto loaded = readBytes("a.glb", bytes, Keep::Attributes);
+  ASSERT_EQ(loaded.mesh.attributes.size(), 2U);
   auto colors = model::makeAttribute("color", model::Domain::Vertex,
                                      std::vector<float>{0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0});
   colors.components = 3;
-  EXPECT_EQ(loaded.attributes[0], colors);
+  EXPECT_EQ(loaded.mesh.attributes[0], colors);
   auto uv =
       model::makeAttribute("uv", model::Domain::Vertex, std::vector<float>{0, 1, 0, 0, 0, 1, 0, 0});
   uv.components = 2;
-  EXPECT_EQ(loaded.attributes[1], uv);
-  EXPECT_EQ(loaded.losses, std::vector<std::string>{"vertex colors, texture coordinates: only "
-                                                    "positions and triangles are read"});
-  EXPECT_EQ(loaded.lossesBesideAttributes,
+  EXPECT_EQ(loaded.mesh.attributes[1], uv);
+  const auto shape = readBytes("a.glb", bytes);
+  EXPECT_TRUE(shape.mesh.attributes.empty());
+  EXPECT_EQ(shape.losses, std::vector<std::string>{"vertex colors, texture coordinates: only "
+                                                   "positions and triangles are read"});
+  EXPECT_EQ(loaded.losses,
             std::vector<std::string>{"further texture coordinates: only positions, triangles and "
                                      "COLOR_0, TEXCOORD_0 are read"});
 }

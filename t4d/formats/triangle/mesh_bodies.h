@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "t4d/formats/triangle/triangle_mesh_reader.h"
 #include "t4d/formats/triangle/triangle_mesh_writer.h"
 #include "t4d/model/error.h"
 
@@ -18,16 +19,15 @@ enum class BodiesBy : std::uint8_t {
 
 struct LoadedBodies {
   std::vector<NamedMesh> bodies = {};
-  std::vector<std::string> notices = {};  ///< as LoadedMesh
-  std::vector<std::string> materials = {};
-  std::vector<std::string> attributeNotices = {};
+  std::vector<std::string> notices = {};    ///< as LoadedMesh
+  std::vector<std::string> materials = {};  ///< as LoadedMesh
 };
 
 /// Reads an .obj as several bodies, in the order in which they begin. Faces under the same name are
 /// one body, wherever they are in the file; those before any name are one named after the file, and
 /// those under an empty name one named "default". Otherwise as readTriangleMesh. Each body has
-/// vertices of its own, and its mesh has what LoadedMesh::attributes would have. Fails for other
-/// formats.
-Result<LoadedBodies> readMeshBodies(const std::filesystem::path& path, BodiesBy by);
+/// vertices of its own. Fails for other formats.
+Result<LoadedBodies> readMeshBodies(const std::filesystem::path& path, BodiesBy by,
+                                    Keep keep = Keep::Shape);
 
 }  // namespace t4d::formats

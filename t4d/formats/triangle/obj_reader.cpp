@@ -32,13 +32,14 @@ class ObjReader {
         builder_(
             file.path.string(), [&](auto line) { return file.atLine(line); }, 1) {}
 
-  Result<LoadedMesh> read() {
+  Result<LoadedMesh> read(Keep keep) {
+    const bool attributes = keep == Keep::Attributes;
     while (scanner_.nextLine()) {
       const auto statement = scanner_.word();
       Result<void> done;
       if (statement == "v") done = readVertex();
       if (statement == "f") done = readFace();
-      if (statement == "vt") readUv();
+      if (statement == "vt" && attributes) readUv();
       if (statement == "vn") hasNormals_ = true;
       if (statement == by_ && !by_.empty()) beginBody(scanner_.rest());
       if (statement == "usemtl") beginMaterial(scanner_.rest());
@@ -46,20 +47,17 @@ class ObjReader {
       if (!done) return done.error();
     }
     FileCorners corners;
-    if (hasUvs() || hasColors_) builder_.keepCornersIn(corners);
+    if (attributes && (hasUvs() || hasColors_)) builder_.keepCornersIn(corners);
     builder_.keepPartsIn(partOf_);
     auto loaded = std::move(builder_).finish();
-    if (loaded) addAttributes(corners, *loaded);
+    if (loaded && attributes) addAttributes(corners, *loaded);
     return loaded;
   }
 
-  Result<LoadedBodies> readBodies() {
-    auto loaded = read();
+  Result<LoadedBodies> readBodies(Keep keep) {
+    auto loaded = read(keep);
     if (!loaded) return loaded.error();
-    LoadedBodies result{{},
-                        std::move(loaded->notices),
-                        std::move(loaded->materials),
-                        std::move(loaded->attributeNotices)};
+    LoadedBodies result{{}, std::move(loaded->notices), std::move(loaded->materials)};
     std::vector<std::vector<std::uint32_t>> trianglesOf(names_.size());
     for (std::uint32_t i = 0; i < partOf_.size(); ++i) {
       trianglesOf[parts_[partOf_[i]].body].push_back(i);
@@ -126,7 +124,7 @@ class ObjReader {
         corner = static_cast<std::uint32_t>(std::ranges::lower_bound(used, corner) - used.begin());
       }
     }
-    for (const model::Attribute& of : all.attributes) {
+    for (const model::Attribute& of : all.mesh.attributes) {
       model::Attribute rows{of.name, of.domain, of.type, of.components, {}};
       for (const std::uint32_t i : of.domain == model::Domain::Vertex ? used : triangles) {
         rows.values.insert(rows.values.end(), of.row(i), of.row(i) + of.rowBytes());
@@ -144,26 +142,27 @@ class ObjReader {
       auto rows = model::makeAttribute("color", model::Domain::Vertex, colors_);
       rows.components = 3;
       if (colorFault_.empty()) {
-        loaded.attributes.push_back(cornerAttribute(rows, corners.points, corners, loaded.mesh));
+        loaded.mesh.attributes.push_back(
+            cornerAttribute(rows, corners.points, corners, loaded.mesh));
         if (coloredPoints_ < pointCount_) {
-          loaded.attributeNotices.push_back(
-              fmt::format("{} of {} vertices have no colour: white there",
-                          pointCount_ - coloredPoints_, pointCount_));
+          loaded.notices.push_back(fmt::format("{} of {} vertices have no colour: white there",
+                                               pointCount_ - coloredPoints_, pointCount_));
         }
       } else {
-        loaded.attributeNotices.push_back("colours of vertices left out: " + colorFault_);
+        loaded.notices.push_back("colours of vertices left out: " + colorFault_);
       }
     }
     if (hasUvs()) addUvs(corners, loaded);
     if (hasMaterials_) {
       std::vector<std::uint32_t> numbers;
       for (const std::uint32_t part : partOf_) numbers.push_back(parts_[part].material);
-      loaded.attributes.push_back(model::makeAttribute("material", model::Domain::Cell, numbers));
+      loaded.mesh.attributes.push_back(
+          model::makeAttribute("material", model::Domain::Cell, numbers));
       loaded.materials = materials_;
     }
-    if (hasNormals_) loaded.attributeNotices.emplace_back("normals are not kept");
+    if (hasNormals_) loaded.notices.emplace_back("normals are not kept");
     for (const std::string& file : materialFiles_) {
-      loaded.attributeNotices.push_back(
+      loaded.notices.push_back(
           fmt::format("materials and textures of {} are not kept, only names", inQuotes(file)));
     }
   }
@@ -181,15 +180,15 @@ class ObjReader {
       if (row == model::kNoIndex) row = count;  // behind the last
     }
     if (!uvFault_.empty()) {
-      loaded.attributeNotices.push_back("texture coordinates left out: " + uvFault_);
+      loaded.notices.push_back("texture coordinates left out: " + uvFault_);
       return;
     }
     uvs_.resize(uvs_.size() + 2, 0);
     auto rows = model::makeAttribute("uv", model::Domain::Vertex, uvs_);
     rows.components = 2;
-    loaded.attributes.push_back(cornerAttribute(rows, uvOf_, corners, loaded.mesh));
+    loaded.mesh.attributes.push_back(cornerAttribute(rows, uvOf_, corners, loaded.mesh));
     if (missing > 0) {
-      loaded.attributeNotices.push_back(
+      loaded.notices.push_back(
           fmt::format("{} of {} corners of faces have no texture coordinates: 0 0 there", missing,
                       uvOf_.size()));
     }
@@ -318,9 +317,9 @@ class ObjReader {
 
 }  // namespace
 
-Result<LoadedMesh> readObj(const InputFile& file) { return ObjReader(file).read(); }
+Result<LoadedMesh> readObj(const InputFile& file, Keep keep) { return ObjReader(file).read(keep); }
 
-Result<LoadedBodies> readMeshBodies(const std::filesystem::path& path, BodiesBy by) {
+Result<LoadedBodies> readMeshBodies(const std::filesystem::path& path, BodiesBy by, Keep keep) {
   if (lowerCaseExtension(path) != ".obj") {
     return fail(ErrorCode::Unsupported, "is not an .obj; only these are divided into bodies",
                 path.string());
@@ -328,7 +327,7 @@ Result<LoadedBodies> readMeshBodies(const std::filesystem::path& path, BodiesBy 
   const auto file = readInputFile(path);
   if (!file) return file.error();
   try {
-    return ObjReader(*file, by).readBodies();
+    return ObjReader(*file, by).readBodies(keep);
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::Failed, "the mesh does not fit in memory", path.string());
   }

@@ -41,30 +41,31 @@ TEST(ObjReader, KeepsColorsTextureCoordinatesAndMaterials) {
   const auto loaded = readBytes(
       "looks.obj",
       "v 0 0 0 0 0 0\nv 1 0 0 1 0 0\nv 0 1 0 0 1 0.2\nv 0 0 1 1 1 1\nvt 0 0\nvt 1 0\nvt 0 1\n"
-      "f 1/1 2/2 3/3\nusemtl red steel\nf 1/3/1 3/-2 4/1\nusemtl\nf 2/1 4/1 3/3\n");
-  ASSERT_EQ(loaded.attributes.size(), 3U);
+      "f 1/1 2/2 3/3\nusemtl red steel\nf 1/3/1 3/-2 4/1\nusemtl\nf 2/1 4/1 3/3\n",
+      Keep::Attributes);
+  ASSERT_EQ(loaded.mesh.attributes.size(), 3U);
   auto colors = model::makeAttribute(
       "color", model::Domain::Vertex,
       std::vector<std::uint8_t>{0, 0, 0, 255, 0, 0, 0, 255, 51, 255, 255, 255});
   colors.components = 3;
-  EXPECT_EQ(loaded.attributes[0], colors);
+  EXPECT_EQ(loaded.mesh.attributes[0], colors);
   auto uv = model::makeAttribute(
       "uv:corners", model::Domain::Cell,
       std::vector<float>{0, 0, 1, 0, 0, 1, 0, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 1});
   uv.components = 6;
-  EXPECT_EQ(loaded.attributes[1], uv);
-  EXPECT_EQ(loaded.attributes[2], model::makeAttribute("material", model::Domain::Cell,
-                                                       std::vector<std::uint32_t>{0, 1, 0}));
+  EXPECT_EQ(loaded.mesh.attributes[1], uv);
+  EXPECT_EQ(loaded.mesh.attributes[2], model::makeAttribute("material", model::Domain::Cell,
+                                                            std::vector<std::uint32_t>{0, 1, 0}));
   EXPECT_EQ(loaded.materials, (std::vector<std::string>{"", "red steel"}));
-  EXPECT_TRUE(loaded.attributeNotices.empty());
+  EXPECT_TRUE(loaded.notices.empty());
 }
 
 TEST(ObjReader, SaysWhichLooksItLeavesOut) {
   const auto noticesOf = [](const std::string& rest) {
     std::string all;
-    for (const std::string& notice : readBytes("a.obj", kPoints + rest).attributeNotices) {
-      all += notice + "; ";
-    }
+    const auto shape = readBytes("a.obj", kPoints + rest).notices;
+    const auto notices = readBytes("a.obj", kPoints + rest, Keep::Attributes).notices;
+    for (std::size_t i = shape.size(); i < notices.size(); ++i) all += notices[i] + "; ";
     return all;
   };
   EXPECT_EQ(noticesOf("f 1 2 3\n"), "");
@@ -107,7 +108,7 @@ TEST(ObjReader, BodiesKeepTheColoursOfTheirVertices) {
       writeFile("colours.obj",
                 "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\nv 0 0 1 1 1 1\nv 1 1 1 0 0 0\n"
                 "o one\nf 1 2 3\no other\nf 3 4 5\n"),
-      BodiesBy::Object);
+      BodiesBy::Object, Keep::Attributes);
   ASSERT_TRUE(loaded) << loaded.error().text();
   ASSERT_EQ(loaded->bodies.size(), 2U);
   for (const NamedMesh& body : loaded->bodies) {

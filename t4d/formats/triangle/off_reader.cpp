@@ -122,6 +122,6 @@ class Reader {
 
 }  // namespace
 
-Result<LoadedMesh> readOff(const InputFile& file) { return Reader(file).read(); }
+Result<LoadedMesh> readOff(const InputFile& file, Keep /*keep*/) { return Reader(file).read(); }
 
 }  // namespace t4d::formats

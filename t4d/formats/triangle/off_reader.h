@@ -7,6 +7,6 @@ namespace t4d::formats {
 
 /// Reads an OFF file, `OFF` with any of the prefixes `ST`, `C` and `N`. Normals, colours and
 /// texture coordinates are ignored. `4OFF`, `nOFF` and binary OFF are refused by name.
-Result<LoadedMesh> readOff(const InputFile& file);
+Result<LoadedMesh> readOff(const InputFile& file, Keep keep = Keep::Shape);
 
 }  // namespace t4d::formats

@@ -96,9 +96,9 @@ class PlyReader {
   PlyReader(const InputFile& file, Rows rows, MeshBuilder::PlaceOf placeOf)
       : rows_(std::move(rows)), builder_(file.path.string(), std::move(placeOf)) {}
 
-  Result<LoadedMesh> read(const PlyHeader& header) {
+  Result<LoadedMesh> read(const PlyHeader& header, Keep keep) {
     for (const PlyElement& element : header.elements) {
-      if (element.name == "vertex") findLooks(element);
+      if (element.name == "vertex" && keep == Keep::Attributes) findLooks(element);
       if (auto done = readElement(element); !done) return done.error();
     }
     FileCorners corners;
@@ -106,7 +106,7 @@ class PlyReader {
     auto loaded = std::move(builder_).finish();
     if (!loaded) return loaded;
     for (const Look& look : looks_) {
-      loaded->attributes.push_back(
+      loaded->mesh.attributes.push_back(
           cornerAttribute(rowsOf(look), corners.points, corners, loaded->mesh));
     }
     return loaded;
@@ -277,18 +277,18 @@ class PlyReader {
 
 }  // namespace
 
-Result<LoadedMesh> readPly(const InputFile& file) {
+Result<LoadedMesh> readPly(const InputFile& file, Keep keep) {
   TextScanner scanner(file);
   auto header = readPlyHeader(scanner);
   if (!header) return header.error();
   if (header->encoding == PlyEncoding::Text) {
     return PlyReader(file, TextRows(file, scanner), [&](auto line) { return file.atLine(line); })
-        .read(*header);
+        .read(*header, keep);
   }
   const auto order =
       header->encoding == PlyEncoding::BigEndian ? std::endian::big : std::endian::little;
   return PlyReader(file, BinaryRows(file, scanner, order), [&](auto at) { return file.atByte(at); })
-      .read(*header);
+      .read(*header, keep);
 }
 
 }  // namespace t4d::formats

@@ -9,6 +9,6 @@ namespace t4d::formats {
 /// the polygons of `face` and the strips of `tristrips`, where -1 ends a strip. A file may have
 /// both faces and strips. Other elements and properties, normals and colours among them, are
 /// skipped.
-Result<LoadedMesh> readPly(const InputFile& file);
+Result<LoadedMesh> readPly(const InputFile& file, Keep keep = Keep::Shape);
 
 }  // namespace t4d::formats

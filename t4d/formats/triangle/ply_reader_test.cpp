@@ -265,11 +265,13 @@ TEST(PlyReader, ReadsColorsAndTextureCoordinatesOfVertices) {
       "property float s\nproperty float t\nelement face 2\n"
       "property list uchar int vertex_indices\nend_header\n";
   const std::string faces = "3 0 1 2\n3 3 2 1\n";
-  const LoadedMesh loaded = readBytes("a.ply", header +
-                                                   "0 0 0 1 2 3 0.5 0.25\n1 0 0 4 5 6 1 0\n"
-                                                   "0 1 0 7 8 9 0 1\n0 0 1 250 251 252 2 3\n" +
-                                                   faces);
-  ASSERT_EQ(loaded.attributes.size(), 2U);
+  const LoadedMesh loaded = readBytes("a.ply",
+                                      header +
+                                          "0 0 0 1 2 3 0.5 0.25\n1 0 0 4 5 6 1 0\n"
+                                          "0 1 0 7 8 9 0 1\n0 0 1 250 251 252 2 3\n" +
+                                          faces,
+                                      Keep::Attributes);
+  ASSERT_EQ(loaded.mesh.attributes.size(), 2U);
   auto colors =
       model::makeAttribute("color", model::Domain::Vertex,
                            std::vector<std::uint8_t>{1, 2, 3, 4, 5, 6, 7, 8, 9, 250, 251, 252});
@@ -277,21 +279,23 @@ TEST(PlyReader, ReadsColorsAndTextureCoordinatesOfVertices) {
   auto uv = model::makeAttribute("uv", model::Domain::Vertex,
                                  std::vector<float>{0.5, 0.25, 1, 0, 0, 1, 2, 3});
   uv.components = 2;
-  EXPECT_EQ(loaded.attributes[0], colors);
-  EXPECT_EQ(loaded.attributes[1], uv);
+  EXPECT_EQ(loaded.mesh.attributes[0], colors);
+  EXPECT_EQ(loaded.mesh.attributes[1], uv);
   // Two points of one place, with two colours.
-  const LoadedMesh seam = readBytes("a.ply", header +
-                                                 "0 0 0 1 2 3 0 0\n1 0 0 4 5 6 0 0\n"
-                                                 "0 1 0 7 8 9 0 0\n0 0 0 250 251 252 0 0\n" +
-                                                 faces);
+  const LoadedMesh seam = readBytes("a.ply",
+                                    header +
+                                        "0 0 0 1 2 3 0 0\n1 0 0 4 5 6 0 0\n"
+                                        "0 1 0 7 8 9 0 0\n0 0 0 250 251 252 0 0\n" +
+                                        faces,
+                                    Keep::Attributes);
   EXPECT_EQ(seam.mesh.vertices.size(), 3U);
-  ASSERT_EQ(seam.attributes.size(), 2U);
+  ASSERT_EQ(seam.mesh.attributes.size(), 2U);
   auto corners = model::makeAttribute(
       "color:corners", model::Domain::Cell,
       std::vector<std::uint8_t>{1, 2, 3, 4, 5, 6, 7, 8, 9, 250, 251, 252, 7, 8, 9, 4, 5, 6});
   corners.components = 9;
-  EXPECT_EQ(seam.attributes[0], corners);
-  EXPECT_EQ(seam.attributes[1].domain, model::Domain::Vertex);
+  EXPECT_EQ(seam.mesh.attributes[0], corners);
+  EXPECT_EQ(seam.mesh.attributes[1].domain, model::Domain::Vertex);
   EXPECT_TRUE(seam.notices.empty());
 }
 

@@ -114,7 +114,7 @@ class TextReader {
 
 }  // namespace
 
-Result<LoadedMesh> readStl(const InputFile& file) {
+Result<LoadedMesh> readStl(const InputFile& file, Keep /*keep*/) {
   const std::size_t size = file.bytes.size();
   const bool hasHeader = size >= kHeaderBytes;
   // Binary files may begin with "solid" too; a text file has no count that fits.

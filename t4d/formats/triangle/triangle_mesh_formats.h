@@ -21,7 +21,7 @@ struct TriangleMeshFormat {
   std::string_view name;
 
   /// Reads a whole file. Null: the format is not read.
-  Result<LoadedMesh> (*read)(const InputFile& file) = nullptr;
+  Result<LoadedMesh> (*read)(const InputFile& file, Keep keep) = nullptr;
 
   /// Writes meshes that `writeTriangleMeshes` has checked, and returns a line for each loss. Does
   /// not commit the file. `where` of an error names the mesh, or is empty; the file's own errors

@@ -22,30 +22,33 @@ struct FilePoints {
   std::uint64_t faceHash = 0;
 };
 
-struct LoadedMesh {
-  model::TriangleMesh mesh;
-  /// What was changed while reading, a sentence each: dropped triangles, unused vertices, ...
-  std::vector<std::string> notices;
-  /// What the file holds and the mesh does not, a sentence each. Only glTF and VTK files have
-  /// losses; what the other formats say of the look of a surface (normals, texture coordinates,
-  /// colours, materials) is skipped without one, but for `attributes`.
-  std::vector<std::string> losses = {};
-  /// Files that were read besides the one named: the buffers of a .gltf.
-  std::vector<std::filesystem::path> otherFiles = {};
-  FilePoints points = {};
-  /// What the file says of its surface, beside the mesh, as attributes of vertices or, where the
-  /// corners at one vertex differ, of triangles (cornerAttribute in corner_rows.h):
+/// What is read of a file besides its shape.
+enum class Keep : std::uint8_t {
+  Shape,  ///< nothing
+  /// What it says of its surface, as attributes of vertices or, where the corners at one vertex
+  /// differ, of triangles (cornerAttribute in corner_rows.h):
   /// * `color`: of .ply and .obj UInt8 sRGB, with or without opacity; of glTF (COLOR_0) linear,
   ///   UInt16, or Float32 where the file has that;
   /// * `uv`: Float32 texture coordinates, v upward (glTF: TEXCOORD_0);
   /// * of .vtp and .vtu, point data and cell data, under their own names;
-  /// * `material`: of the triangles of an .obj with `usemtl`, UInt32 numbers in `materials`.
-  std::vector<model::Attribute> attributes = {};
+  /// * `material`: of the triangles of an .obj with `usemtl`, UInt32 numbers in
+  ///   LoadedMesh::materials.
+  Attributes,
+};
+
+struct LoadedMesh {
+  model::TriangleMesh mesh;  ///< with attributes as far as they are kept
+  /// What was changed while reading, a sentence each: dropped triangles, unused vertices, ...; of
+  /// attributes that are kept, what had to be filled in, and what was left out.
+  std::vector<std::string> notices;
+  /// What the file holds and the mesh does not, a sentence each. Only glTF, USD and VTK files have
+  /// losses; what the other formats say of the look of a surface (normals, texture coordinates,
+  /// colours, materials) is skipped without one.
+  std::vector<std::string> losses = {};
+  /// Files that were read besides the one named: the buffers of a .gltf.
+  std::vector<std::filesystem::path> otherFiles = {};
+  FilePoints points = {};
   std::vector<std::string> materials = {};  ///< names; the first is "", for no material
-  /// What is said to who uses the attributes: what had to be filled in, what was left out.
-  std::vector<std::string> attributeNotices = {};
-  /// Then these take the place of `losses`.
-  std::vector<std::string> lossesBesideAttributes = {};
 };
 
 /// Reads .stl (text or binary), .obj, .ply (text or binary, faces and triangle strips), .off, .vtp,
@@ -61,6 +64,6 @@ struct LoadedMesh {
 /// Fails on a file that cannot be read, breaks its format, has coordinates that are not finite or
 /// indices out of range, or holds no triangles. `where` of the error is `path:LINE`,
 /// `path: byte N`, for glTF `path: ELEMENT`, or the path alone.
-Result<LoadedMesh> readTriangleMesh(const std::filesystem::path& path);
+Result<LoadedMesh> readTriangleMesh(const std::filesystem::path& path, Keep keep = Keep::Shape);
 
 }  // namespace t4d::formats

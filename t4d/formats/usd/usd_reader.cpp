@@ -10,7 +10,7 @@
 
 namespace t4d::formats {
 
-Result<LoadedMesh> readUsd(const InputFile& file) {
+Result<LoadedMesh> readUsd(const InputFile& file, Keep /*keep*/) {
   auto scene = readUsdScene(file);
   if (!scene) return scene.error();
   const double time = scene->played.begin;
@@ -53,7 +53,6 @@ Result<LoadedMesh> readUsd(const InputFile& file) {
     loaded->notices.push_back(
         fmt::format("left out {}", model::counted(hidden, "invisible mesh", "invisible meshes")));
   }
-  loaded->lossesBesideAttributes = loaded->losses;  // it has none
   return loaded;
 }
 

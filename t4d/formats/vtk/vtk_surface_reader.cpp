@@ -82,8 +82,9 @@ std::optional<std::size_t> cornersOfFlat(std::uint32_t type) {
 
 class VtkSurfaceReader {
  public:
-  VtkSurfaceReader(const InputFile& file, VtkFile& vtk)
-      : path_(file.path.string()),
+  VtkSurfaceReader(const InputFile& file, VtkFile& vtk, Keep keep)
+      : keep_(keep),
+        path_(file.path.string()),
         vtk_(vtk),
         data_(vtk),
         builder_(path_, [this](auto cell) { return placeOf(cell); }) {}
@@ -367,6 +368,13 @@ class VtkSurfaceReader {
       if (data.name != "TimeValue") data_.skip(data.name);
     }
     std::vector<model::Attribute> attributes = data_.take(builder_.pointCount(), rows_);
+    std::set<std::string> lost = data_.skipped();
+    if (keep_ == Keep::Shape) {
+      for (const model::Attribute& attribute : attributes) {
+        if (!looks_.contains(attribute.name)) lost.insert(attribute.name);
+      }
+      attributes.clear();
+    }
     const auto has = [&](model::Domain domain) {
       return std::ranges::find(attributes, domain, &model::Attribute::domain) != attributes.end();
     };
@@ -377,7 +385,7 @@ class VtkSurfaceReader {
     auto loaded = std::move(builder_).finish();
     if (!loaded) return loaded;
     for (model::Attribute& attribute : attributes) {
-      loaded->attributes.push_back(
+      loaded->mesh.attributes.push_back(
           attribute.domain == model::Domain::Cell
               ? model::rowsOf(attribute, rowOf)
               : cornerAttribute(attribute, corners.points, corners, loaded->mesh));
@@ -386,11 +394,6 @@ class VtkSurfaceReader {
     if (solids_ > 0) {
       loaded->notices.push_back(
           fmt::format("the surface is the boundary of {} volume cells", solids_));
-    }
-    std::set<std::string> lost = data_.skipped();
-    loaded->lossesBesideAttributes = lossesOf(lost);
-    for (const model::Attribute& attribute : attributes) {
-      if (!looks_.contains(attribute.name)) lost.insert(attribute.name);
     }
     loaded->losses = lossesOf(lost);
     return loaded;
@@ -410,6 +413,7 @@ class VtkSurfaceReader {
     return losses;
   }
 
+  Keep keep_;
   std::string path_;
   VtkFile& vtk_;
   VtkData data_;
@@ -425,16 +429,16 @@ class VtkSurfaceReader {
 
 }  // namespace
 
-Result<LoadedMesh> readVtp(const InputFile& file) {
+Result<LoadedMesh> readVtp(const InputFile& file, Keep keep) {
   auto vtk = VtkFile::open(file, VtkType::PolyData);
   if (!vtk) return vtk.error();
-  return VtkSurfaceReader(file, *vtk).readPolyData();
+  return VtkSurfaceReader(file, *vtk, keep).readPolyData();
 }
 
-Result<LoadedMesh> readVtuSurface(const InputFile& file) {
+Result<LoadedMesh> readVtuSurface(const InputFile& file, Keep keep) {
   auto vtk = VtkFile::open(file, VtkType::UnstructuredGrid);
   if (!vtk) return vtk.error();
-  return VtkSurfaceReader(file, *vtk).readGrid();
+  return VtkSurfaceReader(file, *vtk, keep).readGrid();
 }
 
 }  // namespace t4d::formats

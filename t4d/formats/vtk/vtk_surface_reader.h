@@ -10,12 +10,12 @@
 namespace t4d::formats {
 
 /// Reads polygonal data (.vtp): polygons and triangle strips.
-Result<LoadedMesh> readVtp(const InputFile& file);
+Result<LoadedMesh> readVtp(const InputFile& file, Keep keep = Keep::Shape);
 
 /// Reads an unstructured grid (.vtu): its triangles, quads, pixels, polygons and strips; or, of one
 /// with tetrahedra, voxels, hexahedra, wedges or pyramids, the faces that only one of these has,
 /// outward whichever way round the cell is. Points with equal coordinates are one. Fails for curved
 /// cells and polyhedra.
-Result<LoadedMesh> readVtuSurface(const InputFile& file);
+Result<LoadedMesh> readVtuSurface(const InputFile& file, Keep keep = Keep::Shape);
 
 }  // namespace t4d::formats

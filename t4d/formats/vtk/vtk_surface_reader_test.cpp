@@ -67,8 +67,8 @@ std::string gridText(const std::string& corners, const std::string& ends,
 }
 
 const model::Attribute* attributeOf(const LoadedMesh& loaded, std::string_view name) {
-  const auto found = std::ranges::find(loaded.attributes, name, &model::Attribute::name);
-  return found == loaded.attributes.end() ? nullptr : &*found;
+  const auto found = std::ranges::find(loaded.mesh.attributes, name, &model::Attribute::name);
+  return found == loaded.mesh.attributes.end() ? nullptr : &*found;
 }
 
 TEST(Vtp, PiecesBecomeOneMesh) {
@@ -94,7 +94,8 @@ TEST(Vtp, DataOfPointsAndCellsAreAttributes) {
       textArray("type=\"Float32\" Name=\"look\"", "0 1 2 3 4 5 6 7") +
       textArray("type=\"String\" Name=\"words\"", "0 1 2") + "</PointData>\n<CellData>\n" +
       textArray("type=\"UInt8\" Name=\"side\"", "1 2 3 4 5 6") + "</CellData>\n";
-  const LoadedMesh loaded = readBytes("a.vtp", vtkText("PolyData", cubePiece(data)));
+  const std::string bytes = vtkText("PolyData", cubePiece(data));
+  const LoadedMesh loaded = readBytes("a.vtp", bytes, Keep::Attributes);
   const model::Attribute* heat = attributeOf(loaded, "heat");
   ASSERT_NE(heat, nullptr);
   EXPECT_EQ(heat->domain, model::Domain::Vertex);
@@ -104,8 +105,10 @@ TEST(Vtp, DataOfPointsAndCellsAreAttributes) {
   ASSERT_EQ(side->rows(), 12U);
   for (std::size_t i = 0; i < 12; ++i) EXPECT_EQ(int(*side->row(i)), int(1 + i / 2));
   EXPECT_EQ(attributeOf(loaded, "n"), nullptr);
-  EXPECT_THAT(loaded.lossesBesideAttributes, ElementsAre("data that are not read: words"));
-  EXPECT_THAT(loaded.losses, ElementsAre("data that are not read: heat, side, words"));
+  EXPECT_THAT(loaded.losses, ElementsAre("data that are not read: words"));
+  const LoadedMesh shape = readBytes("a.vtp", bytes);
+  EXPECT_THAT(shape.mesh.attributes, IsEmpty());
+  EXPECT_THAT(shape.losses, ElementsAre("data that are not read: heat, side, words"));
 }
 
 TEST(Vtp, GhostCellsAreLeftOut) {
