@@ -27,7 +27,8 @@ class BuildWithCMake(build_py):
                 check=True,
             )  # fmt: skip
         subprocess.run(
-            ["cmake", "--build", BUILD, "--parallel", "--target", "t4d_python", "t4d"], check=True
+            ["cmake", "--build", BUILD, "--parallel", "--target", "t4d_python", "t4d_python_verbs", "t4d"],
+            check=True,
         )
         package = Path(self.build_lib) / "t4d"
         shutil.rmtree(package, ignore_errors=True)

@@ -38,7 +38,7 @@ from pathlib import Path
 from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple
 
 import t4d
-from t4d import verbs
+from t4d import commands
 from t4d.errors import Error, VerbError
 from t4d.served import package, readable
 
@@ -111,7 +111,7 @@ def _write(path: Path, value: Any) -> None:
 @functools.lru_cache(maxsize=1)
 def _version() -> Tuple[str, str]:
     """Of the module and of the program."""
-    return t4d.__version__, verbs.run("version")["version"]
+    return t4d.__version__, commands.run("version")["version"]
 
 
 def _share_of_worker(job: Dict[str, Any]) -> Tuple[int, int]:
@@ -166,7 +166,7 @@ def _call(job: Dict[str, Any], words: Sequence[str]) -> Any:
     if not any(word.startswith("--threads") for word in words):
         words.append(f"--threads={threads}")
     try:
-        return verbs.run_words([job["verb"], *words], cwd=cwd, memory=memory)
+        return commands.run_words([job["verb"], *words], cwd=cwd, memory=memory)
     except VerbError as error:
         # The stacks of threads are memory, too.
         short = any(sign in str(error) for sign in ("memory", "Resource temporarily unavailable"))
@@ -216,7 +216,7 @@ def _make(job: Dict[str, Any], number: int) -> Dict[str, Any]:
             "seconds": time.monotonic() - begin}  # fmt: skip
     if job["verb"] in MESHES:
         # All its bytes are checked here, so that joining reads its index alone.
-        verbs.run_words(["join", str(place), "--manifest", f"--output={_manifest(place)}"])
+        commands.run_words(["join", str(place), "--manifest", f"--output={_manifest(place)}"])
         (about,) = json.loads(_manifest(place).read_text(encoding="utf-8"))["parts"]
         note.update((name, about[name]) for name in ("begin", "end", "slabs", "bytes", "sha256"))
     elif job["verb"] in FOLDERS:
@@ -232,7 +232,7 @@ def _damaged(job: Dict[str, Any], number: int) -> Optional[int]:
 
 
 def _most_parts(job: Dict[str, Any]) -> int:
-    if "most_parts" not in verbs.options_of(job["verb"]):
+    if "most_parts" not in commands.options_of(job["verb"]):
         return 10**9
     words = [*job["words"], "--most-parts"]
     if job["verb"] not in REPORTS:
@@ -267,16 +267,16 @@ def _join_meshes(job: Dict[str, Any], how: str, output: str) -> Any:
     """Writes the manifest of all parts (``how`` is ``--manifest``), or plans their join (``--plan``),
     from the manifests that their workers have made."""
     own = [str(_manifest(_place(job, number))) for number in range(1, job["parts"] + 1)]
-    return verbs.run_words(["join", *own, how, f"--output={output}"])
+    return commands.run_words(["join", *own, how, f"--output={output}"])
 
 
 def _copy_part(job: Dict[str, Any], number: int, output: str) -> None:
     """Copies a part to its place in the joined file."""
-    verbs.run_words(["join", f"--output={output}", f"--part={number}/{job['parts']}"])
+    commands.run_words(["join", f"--output={output}", f"--part={number}/{job['parts']}"])
 
 
 def _finish_join(_job: Dict[str, Any], output: str) -> Any:
-    return verbs.run_words(["join", f"--output={output}", "--finish"])
+    return commands.run_words(["join", f"--output={output}", "--finish"])
 
 
 def _is_manifest(output: Any) -> bool:
@@ -575,7 +575,7 @@ class _Run:
                 if ".part-" in file.name:
                     lists.append(str(kept))
         if lists and self.job["parts"] > 1:
-            verbs.run_words(["join", *lists, f"--output={whole / 'manifest.json'}"])
+            commands.run_words(["join", *lists, f"--output={whole / 'manifest.json'}"])
             for name in lists:
                 os.unlink(name)
         if "manifest" in report:
@@ -584,7 +584,7 @@ class _Run:
             self.output.rmdir()
         whole.replace(self.output)
 
-    def run(self) -> verbs.Report:
+    def run(self) -> commands.Report:
         try:
             self._check_workers()
             self._count_tasks()
@@ -605,8 +605,8 @@ class _Run:
                     self.say(f"{len(again)} of {self.job['parts']} parts were damaged, and are made again")
                     self._make(again)
                     report = self._join(self._notes())
-            result = verbs.Report(report)
-            result["distributed"] = verbs.Report(self._about())
+            result = commands.Report(report)
+            result["distributed"] = commands.Report(self._about())
             if self.output and _is_manifest(self.output) and not self.url:
                 for file in [*Path(self.job["folder"]).iterdir()]:
                     if file.suffix != ".t4d":
@@ -663,10 +663,10 @@ def _joined_report(job: Dict[str, Any], notes: List[Dict[str, Any]]) -> Any:
         for note in notes:
             files.append(str(folder / f"{note['number']}.json"))
             Path(files[-1]).write_text(json.dumps(note["report"]), encoding="utf-8")
-        printed = verbs.run_words(["join", *files], text=True)
+        printed = commands.run_words(["join", *files], text=True)
         if own:
             shutil.rmtree(own, ignore_errors=True)
-    return json.loads(printed, object_hook=verbs.Report)
+    return json.loads(printed, object_hook=commands.Report)
 
 
 def _write_report(path: Path, report: Any) -> None:
@@ -730,7 +730,7 @@ def run(
     verb: str, words: Sequence[str], output: Optional[str] = None, *, client: Any = None,
     local: Optional[int] = None, parts: Optional[int] = None, resume: bool = False,
     seconds: float = _SECONDS, say: Callable[[str], None] = lambda text: None,
-) -> verbs.Report:  # fmt: skip
+) -> Any:  # fmt: skip
     """A verb with the words of its command line, but for ``-o``, ``--json`` and ``--part``."""
     if verb not in MESHES + FOLDERS + REPORTS:
         known = ", ".join((*MESHES, *FOLDERS, *REPORTS))
@@ -742,13 +742,13 @@ def run(
         return _Run(own, verb, words, output, parts, resume, seconds, say).run()
 
 
-def _function(verb: str) -> Callable[..., verbs.Report]:
+def _function(verb: str) -> Callable[..., Any]:
     def function(
         files: Any, output: Any = None, *, client: Any = None, local: Optional[int] = None,
         parts: Optional[int] = None, resume: bool = False, seconds: float = _SECONDS, **options: Any,
-    ) -> verbs.Report:  # fmt: skip
+    ) -> Any:  # fmt: skip
         names = [files] if isinstance(files, (str, bytes, os.PathLike)) else list(files)
-        words = [*verbs.words_of(verb, options), *(os.fsdecode(name) for name in names)]
+        words = [*commands.words_of(verb, options), *(os.fsdecode(name) for name in names)]
         return run(
             verb, words, os.fsdecode(output) if output is not None else None, client=client, local=local,
             parts=parts, resume=resume, seconds=seconds,

@@ -405,7 +405,7 @@ class Mesh(Unchanging):
         """A Mesh with fewer cells: ``max_error=0.1`` for the largest distance of a slice from that of
         this mesh, which is proved, ``ratio=0.1`` for a part of the cells, or ``cells=1000``. Options
         are those of ``t4d.verbs.simplify``, whose report says what it measured."""
-        from t4d.verbs import run
+        from t4d.commands import run
 
         simplified: Mesh = run("simplify", self, **{"output": Mesh, **options}).mesh
         return simplified
@@ -568,7 +568,7 @@ def sweep(
                 "a file moves by itself, and has names, units and axes; for a solid, give its "
                 "read_triangles"
             )
-        from t4d.verbs import run
+        from t4d.commands import run
 
         swept: Mesh = run("sweep", vertices, output=Mesh, **options).mesh
         return swept

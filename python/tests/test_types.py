@@ -36,6 +36,10 @@ count: int = swept.save(b"x.t4d", compression=np.uint8(3), grid=np.float32(0.1),
 slab: t4d.Slab = swept.slab(np.int64(0))
 body: t4d.Mesh = swept["nut"][np.int64(0)]
 pose = t4d.Motion({"segments": [{"duration": np.float32(2)}]}).at(np.float32(1))
+found = t4d.collide(swept, woven, clearance=0.2)
+verdict: str = found.pairs[0].verdict
+deepest: float = verbs.collide("a.t4d", [b"b.t4d"], ignore=["a:b", "a:c"]).pairs[0].depth
+verbs.sweep(swept.slice(time=0), V, motion={"segments": []}, steps=np.int64(3), output=t4d.Mesh)
 heights = slab.vertices[:, 2].max() + points[0, 2] + pose[0, 3] + slab.cells[0, 0] + triangles[0, 0]
 """
 
@@ -72,7 +76,10 @@ def test_mypy_finds_nothing_in_the_page(tmp_path):
 def test_mypy_takes_numbers_and_arrays_of_numpy_and_all_verbs(tmp_path):
     from t4d import verbs
 
-    calls = "".join(f"verbs.{verb}('a.t4d', [b'b.t4d'], option=1)\n" for verb in verbs.__all__)
+    calls = "".join(
+        f"verbs.{verb}({'' if verb in ('formats', 'version') else chr(39) + 'a.t4d' + chr(39)})\n"
+        for verb in verbs.__all__
+    )
     (tmp_path / "calls.py").write_text(CALLS + calls)
     assert mypy(tmp_path, "calls.py") == ""
 
@@ -84,10 +91,13 @@ def test_mypy_refuses_what_is_refused(tmp_path):
         "t4d.read(5)",
         "t4d.read('x.t4d').slice(time='a')",
         "verbs.polish('x.t4d')",
+        "verbs.quality('x.t4d', wurst=3)",
+        "verbs.sweep('x.obj', backend='mesh')",
+        "verbs.quality('x.t4d').cels",
     ]
     (tmp_path / "wrong.py").write_text("import t4d\nfrom t4d import verbs\n" + "\n".join(wrong))
     lines = [line for line in mypy(tmp_path, "wrong.py").splitlines() if "error:" in line]
-    assert sorted({int(line.split(":")[1]) for line in lines}) == [3, 4, 5, 6, 7]
+    assert sorted({int(line.split(":")[1]) for line in lines}) == [3, 4, 5, 6, 7, 8, 9, 10]
 
 
 def test_stubs_are_those_of_the_compiled_part(tmp_path):

@@ -1,46 +1,37 @@
-"""The verbs of the program t4d as functions, with the same words.
-
-``verbs.quality("bolt.t4d", time_scale=2, worst=3)`` is ``t4d quality bolt.t4d --time-scale 2 --worst
-3 --json``; it returns what the verb prints as JSON (a ``Report``), or its text if the verb has no
-JSON. Options that need no value are True; a list becomes its numbers with commas, or the option once for each
-where it can be repeated; a dictionary is a file of JSON, as in ``motion={"segments": [...]}``; ``o``
-is ``output``. A help text is ``help(verbs.quality)``.
-
-A ``Mesh`` or a ``TriangleMesh`` can stand for a file that is read, and these classes for a file that
-is written: ``verbs.slice(mesh, time=2, output=t4d.TriangleMesh).mesh``. They go through temporary
-files (TMPDIR says where), without rounding.
-
-A verb runs in a process of its own, so that Ctrl-C ends it and nothing half-written is left. It ends
-with Python, if a daemon thread waits for it.
-"""
+"""Runs the program t4d: files and options as words, and what it prints as a Report (``t4d.verbs``)."""
 
 from __future__ import annotations
 
 import contextlib
 import functools
-import inspect
 import json
-import keyword
 import os
 import shutil
 import signal
 import subprocess
 import sys
 import tempfile
-import types
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterable, List, Mapping, Optional, Sequence, Set, Union
+from typing import (
+    TYPE_CHECKING, Any, Dict, Iterable, List, Mapping, Optional, Sequence, Set, SupportsFloat, Type, TypeVar, Union,
+    cast, get_args, get_origin, get_type_hints,
+)  # fmt: skip
 
+from t4d import usd
+from t4d.checks import Path as PathLike
 from t4d.ending import at_end
 from t4d.errors import Loss, VerbError, warn
 from t4d.mesh import Mesh, file_of, read
 from t4d.motions import Motion, plain
-from t4d import usd
 from t4d.triangles import TriangleMesh, read_triangles
 
-__all__ = [
-@VERBS@
-]
+File = Union[PathLike, Mesh, TriangleMesh, Iterable[Union[PathLike, Mesh, TriangleMesh]]]
+"""Of a verb: a file, or what stands for one, or several."""
+
+Option = Union[PathLike, SupportsFloat, Iterable[Union[str, SupportsFloat]], Mapping[str, Any]]
+"""A word of the command line; numbers with commas, or the option once for each; or a file of JSON."""
+
+Output = Union[Option, Type[Mesh], Type[TriangleMesh]]
 
 
 class Report(Dict[str, Any]):
@@ -49,16 +40,49 @@ class Report(Dict[str, Any]):
 
     mesh: Any = None
 
-    def __getattr__(self, name: str) -> Any:
-        try:
-            return self[name]
-        except KeyError:
-            raise AttributeError(
-                f"the report has no '{name}'; it has {', '.join(self)}", name=name, obj=self
-            ) from None
+    if not TYPE_CHECKING:  # the classes of t4d.verbs say which there are
+
+        def __getattr__(self, name):
+            try:
+                return self[name]
+            except KeyError:
+                raise AttributeError(
+                    f"the report has no '{name}'; it has {', '.join(self)}", name=name, obj=self
+                ) from None
 
     def __dir__(self) -> Iterable[str]:
         return [*super().__dir__(), *self]
+
+
+AReport = TypeVar("AReport", bound=Report)
+
+
+def report_as(kind: Type[AReport], report: Any) -> AReport:
+    """The report as the class that describes it, with the reports in it."""
+    return cast(AReport, _as_hinted(kind, report))
+
+
+def _as_hinted(hint: Any, value: Any) -> Any:
+    if get_origin(hint) is Union:
+        hint = next(kind for kind in get_args(hint) if kind is not type(None))
+    if isinstance(value, list) and get_origin(hint) is list:
+        return [_as_hinted(get_args(hint)[0], item) for item in value]
+    if not isinstance(value, dict):
+        return value
+    if get_origin(hint) is dict:
+        return Report({name: _as_hinted(get_args(hint)[1], item) for name, item in value.items()})
+    if not isinstance(hint, type) or not issubclass(hint, Report):
+        return value
+    members = _members(hint)
+    found = hint({name: _as_hinted(members.get(name), item) for name, item in value.items()})
+    if isinstance(value, Report) and value.mesh is not None:
+        found.mesh = value.mesh
+    return found
+
+
+@functools.lru_cache(maxsize=None)
+def _members(kind: Type[Report]) -> Dict[str, Any]:
+    return get_type_hints(kind)
 
 
 @functools.lru_cache(maxsize=None)
@@ -77,11 +101,6 @@ def program() -> str:
     if found is None:
         raise FileNotFoundError("the program t4d is not found: set T4D_PROGRAM to its path")
     return found
-
-
-@functools.lru_cache(maxsize=None)
-def _help(verb: str) -> str:
-    return _printed(verb, "--help")
 
 
 @functools.lru_cache(maxsize=None)
@@ -160,7 +179,7 @@ def _names(files: Iterable[Any], folder: Path) -> List[str]:
     return names
 
 
-def run(verb: str, *files: Any, **options: Any) -> Any:
+def run(verb: str, /, *files: Any, **options: Any) -> Any:
     """Runs a verb; see the module. Raises ``VerbError`` if it fails, and warns of notes and losses
     (``Loss``)."""
     with tempfile.TemporaryDirectory(prefix="t4d-") as name:
@@ -269,44 +288,3 @@ def _end() -> None:
 
 at_end(_end)
 os.register_at_fork(after_in_child=_running.clear)
-
-
-def _function(verb: str) -> Callable[..., Any]:
-    def function(*files: Any, **options: Any) -> Any:
-        return run(verb, *files, **options)
-
-    function.__name__ = function.__qualname__ = verb
-    function.__module__ = __name__
-    return function
-
-
-def _signature(verb: str) -> inspect.Signature:
-    """Files, and each option by its longest name."""
-    files = inspect.Parameter("files", inspect.Parameter.VAR_POSITIONAL, annotation=Any)
-    longest = {max(option["names"], key=len): option for option in options_of(verb).values()}
-    options = []
-    for name, option in longest.items():
-        word = name.lstrip("-").replace("-", "_")
-        word = f"{word}_" if keyword.iskeyword(word) else word
-        if word in ("help", "json"):
-            continue
-        default = inspect.Parameter.empty if option["required"] else None if option["value"] else False
-        options.append(inspect.Parameter(word, inspect.Parameter.KEYWORD_ONLY, default=default))
-    options.sort(key=lambda option: option.default is not inspect.Parameter.empty)
-    return inspect.Signature([files, *options])
-
-
-class _WithHelp(types.ModuleType):
-    """What the program says of a verb is asked for only when somebody looks."""
-
-    def __getattribute__(self, name: str) -> Any:
-        value = super().__getattribute__(name)
-        if name in super().__getattribute__("__all__") and value.__doc__ is None:
-            value.__doc__ = _help(name)
-            value.__signature__ = _signature(name)
-        return value
-
-
-@FUNCTIONS@
-
-sys.modules[__name__].__class__ = _WithHelp
