@@ -29,9 +29,9 @@ with Python, if a daemon thread waits for it.
 
 from __future__ import annotations
 
-from typing import Any, Dict, Iterable, List, Literal, Optional, SupportsFloat, Union
+from typing import Any, Dict, Iterable, List, Literal, Optional, Union
 
-from t4d.commands import File, Option, Output
+from t4d.commands import File, Number, Option, Output
 from t4d.commands import Report as Report
 from t4d.commands import options_of as options_of
 from t4d.commands import program as program
@@ -42,6 +42,8 @@ from t4d.commands import run_words as run_words
 '''
 
 SCALARS = {"string": "str", "integer": "int", "number": "float", "boolean": "bool"}
+# Prints the report of the verb whose reports it joins.
+ANY_REPORT = {"join"}
 # Of a report: methods of a dictionary, and what the verb made.
 TAKEN = {*dir(dict), "mesh"}
 
@@ -116,14 +118,12 @@ class Reports:
 def option_hint(option):
     if option["value"] is None:
         return "bool", "False"
-    if option["choices"]:
+    if option["value"] in ("FLOAT", "INT", "UINT"):
+        hint = "Union[Number, Iterable[Number]]" if option["repeats"] else "Number"
+    elif option["choices"] and not option["repeats"]:
         hint = f"Literal[{', '.join(map(repr, option['choices']))}]"
-    elif option["value"] in ("FLOAT", "INT", "UINT"):
-        hint = "SupportsFloat"
     else:
         hint = "Output" if "--output" in option["names"] else "Option"
-    if option["repeats"] and hint != "Option" and hint != "Output":
-        hint = f"Union[{hint}, Iterable[{hint}]]"
     return f"Optional[{hint}]", "None"
 
 
@@ -182,7 +182,7 @@ def main(program, schemas, output):
             continue
         path = Path(schemas) / f"{verb['name']}.schema.json"
         classes = {}
-        if path.exists():
+        if path.exists() and verb["name"] not in ANY_REPORT:
             reports = Reports(json.loads(path.read_text()))
             reports.class_of(reports.schema, f"{camel(verb['name'])}Report")
             classes = reports.classes

@@ -17,6 +17,8 @@ from typing import (
     cast, get_args, get_origin, get_type_hints,
 )  # fmt: skip
 
+import numpy as np
+
 from t4d import usd
 from t4d.checks import Path as PathLike
 from t4d.ending import at_end
@@ -28,7 +30,9 @@ from t4d.triangles import TriangleMesh, read_triangles
 File = Union[PathLike, Mesh, TriangleMesh, Iterable[Union[PathLike, Mesh, TriangleMesh]]]
 """Of a verb: a file, or what stands for one, or several."""
 
-Option = Union[PathLike, SupportsFloat, Iterable[Union[str, SupportsFloat]], Mapping[str, Any]]
+Number = Union[str, SupportsFloat]
+
+Option = Union[PathLike, SupportsFloat, Iterable[Union[PathLike, SupportsFloat]], Mapping[str, Any]]
 """A word of the command line; numbers with commas, or the option once for each; or a file of JSON."""
 
 Output = Union[Option, Type[Mesh], Type[TriangleMesh]]
@@ -47,7 +51,7 @@ class Report(Dict[str, Any]):
                 return self[name]
             except KeyError:
                 raise AttributeError(
-                    f"the report has no '{name}'; it has {', '.join(self)}", name=name, obj=self
+                    f"the report has no '{name}'; it has {', '.join(self)}"
                 ) from None
 
     def __dir__(self) -> Iterable[str]:
@@ -121,6 +125,16 @@ def _printed(verb: str, *words: str) -> str:
     ).stdout
 
 
+def _is_one(value: Any) -> bool:
+    return isinstance(value, (str, bytes, os.PathLike)) or not hasattr(value, "__iter__")
+
+
+def _text(value: Any) -> str:
+    if not _is_one(value):
+        return ",".join(map(_text, value))
+    return os.fsdecode(value) if isinstance(value, (bytes, os.PathLike)) else str(value)
+
+
 def words_of(verb: str, options: Dict[str, Any]) -> List[str]:
     """The options as words of a command line."""
     words: List[str] = []
@@ -131,6 +145,8 @@ def words_of(verb: str, options: Dict[str, Any]) -> List[str]:
         word = "--" + plain.replace("_", "-")
         if f"-{plain}" in option["names"]:
             word = f"-{plain}"
+        if isinstance(value, np.bool_):
+            value = bool(value)
         if value is None or value is False:
             continue
         if value is True:
@@ -138,12 +154,8 @@ def words_of(verb: str, options: Dict[str, Any]) -> List[str]:
                 raise TypeError(f"{name} is True; expected a value: see help(verbs.{verb})")
             words.append(word)
             continue
-        if isinstance(value, (str, bytes, os.PathLike)) or not hasattr(value, "__iter__"):
-            texts = [os.fsdecode(value) if isinstance(value, (bytes, os.PathLike)) else str(value)]
-        elif option["repeats"]:
-            texts = [str(item) for item in value]
-        else:
-            texts = [",".join(str(item) for item in value)]
+        several = option["repeats"] and not _is_one(value)
+        texts = [_text(item) for item in value] if several else [_text(value)]
         # With "=", a value may begin with a minus.
         words += [f"{word}={text}" if word[1] == "-" else word + text for text in texts]
     return words

@@ -138,7 +138,7 @@ def plain(given: Any, place: str) -> Any:
         raise ValueError(f"{place} is {given}; expected a finite number")
     if given is None or isinstance(given, (bool, int, float, str)):
         return given
-    raise TypeError(f"{place} is {given!r}; a motion has numbers, texts, lists and dictionaries")
+    raise TypeError(f"{place} is {given!r}; expected numbers, texts, lists and dictionaries")
 
 
 def _quaternion(rotation: NDArray[np.float64]) -> NDArray[np.float64]:

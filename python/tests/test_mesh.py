@@ -484,7 +484,7 @@ def test_verbs_have_the_words_of_the_program(models, program, tmp_path):
     parameters = inspect.signature(verbs.slice).parameters
     assert parameters["coplanar"].default is None and parameters["light"].default is False
     untyped = [word for word in words if not hasattr(verbs, f"{word.capitalize()}Report")]
-    assert untyped == ["conform", "cat"]
+    assert untyped == ["conform", "join", "cat"]
     assert verbs.options_of("slice")["o"]["names"] == ["-o", "--output"]
     assert verbs.options_of("weave")["label"]["repeats"]
     info = verbs.info(models / "cube.t4d")

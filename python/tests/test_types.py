@@ -40,6 +40,9 @@ found = t4d.collide(swept, woven, clearance=0.2)
 verdict: str = found.pairs[0].verdict
 deepest: float = verbs.collide("a.t4d", [b"b.t4d"], ignore=["a:b", "a:c"]).pairs[0].depth
 verbs.sweep(swept.slice(time=0), V, motion={"segments": []}, steps=np.int64(3), output=t4d.Mesh)
+verbs.sweep("cube.obj", prism=3, steps="4", output=Path("a.t4d"))
+verbs.measure("a.t4d", body=["nut", b"bolt"], output=[Path("a.csv"), "a.png"])
+samples = verbs.join(["1.json", "2.json"]).samples
 heights = slab.vertices[:, 2].max() + points[0, 2] + pose[0, 3] + slab.cells[0, 0] + triangles[0, 0]
 """
 

@@ -52,7 +52,11 @@ int axisOf(const Exact::Plane_3& plane) {
   const std::array<double, 3> normal = {std::abs(CGAL::to_double(plane.a())),
                                         std::abs(CGAL::to_double(plane.b())),
                                         std::abs(CGAL::to_double(plane.c()))};
-  return static_cast<int>(std::ranges::max_element(normal) - normal.begin());
+  const auto largest = std::ranges::max_element(normal);
+  if (std::isnormal(*largest)) return static_cast<int>(largest - normal.begin());
+  // Of a tiny or huge triangle, beyond the range of doubles.
+  const std::array exact = {CGAL::abs(plane.a()), CGAL::abs(plane.b()), CGAL::abs(plane.c())};
+  return static_cast<int>(std::ranges::max_element(exact) - exact.begin());
 }
 
 Exact::Point_2 acrossAxis(const ExactPoint& p, int axis) {

@@ -41,6 +41,7 @@ class Remesher {
     for (int axis = 0; axis < 3; ++axis) {
       const double steps = (bounds.max[axis] - bounds.min[axis]) / lattice_.spacing;
       const auto last = static_cast<std::int32_t>(kMargin + steps) + 3;
+      lattice_.at[axis].reserve(static_cast<std::size_t>(last) + kMargin);
       for (auto i = -static_cast<std::int32_t>(kMargin); i < last; ++i) {
         lattice_.at[axis].push_back(origin[axis] + lattice_.spacing * i);
       }

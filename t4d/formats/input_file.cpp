@@ -11,9 +11,7 @@ namespace t4d::formats {
 
 Place InputFile::atLine(std::uint64_t line) const { return {path.string(), line}; }
 
-Place InputFile::atByte(std::uint64_t offset) const {
-  return placeIn(path.string(), fmt::format("byte {}", offset));
-}
+Place InputFile::atByte(std::uint64_t offset) const { return placeOfByte(path, offset); }
 
 Result<InputFile> readInputFile(const std::filesystem::path& path) {
   const auto ioError = [&](std::string message) {

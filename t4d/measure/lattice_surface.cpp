@@ -311,8 +311,4 @@ bool LatticeSurface::makePlain(std::span<const std::uint32_t> triangles) {
   return changed;
 }
 
-std::uint64_t LatticeSurface::plainCones() const {
-  return static_cast<std::uint64_t>(std::ranges::count_if(cones_, &Cone::plain));
-}
-
 }  // namespace t4d::measure

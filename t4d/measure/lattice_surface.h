@@ -47,8 +47,6 @@ class LatticeSurface {
   /// all of them were plain.
   bool makePlain(std::span<const std::uint32_t> triangles);
 
-  std::uint64_t plainCones() const;
-
  private:
   struct Cone {
     std::uint64_t cube;

@@ -87,13 +87,14 @@ std::vector<std::uint64_t> cubesThatMeet(
     size = std::max(size, std::bit_ceil(static_cast<std::uint32_t>(at.size() - 1)));
   }
   std::vector<std::uint64_t> blocks = {0};
-  for (double done = 0;; size /= 2) {
+  for (;; size /= 2) {
     std::vector<std::uint8_t> meets(blocks.size());
-    // Half of the work is that of the last round.
-    const double now = size == 1 ? 1 : (1 + done) / 2;
-    parallelFor(blocks.size(), partOf(progress, done, now),
+    // Nearly all of the work is that of the last rounds.
+    const model::Progress shown = size == 1   ? partOf(progress, 0.5, 1)
+                                  : size == 2 ? partOf(progress, 0, 0.5)
+                                              : model::Progress();
+    parallelFor(blocks.size(), shown,
                 [&](std::size_t i) { meets[i] = mayMeet(indexOf(blocks[i]), size) ? 1 : 0; });
-    done = size == 2 ? 0.5 : 0.5 * done;
     std::vector<std::uint64_t> next;
     for (std::size_t i = 0; i < blocks.size(); ++i) {
       if (meets[i] == 0) continue;

@@ -95,6 +95,11 @@ struct Place {
   return place;
 }
 
+/// The place of a byte of a file, counted from 0.
+[[nodiscard]] inline Place placeOfByte(Place file, std::uint64_t offset) {
+  return placeIn(std::move(file), "byte " + std::to_string(offset));
+}
+
 /// Every public function that can fail returns one of these instead of throwing.
 struct Error {
   ErrorCode code = ErrorCode::Failed;

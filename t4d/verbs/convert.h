@@ -3,13 +3,17 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "t4d/verbs/observer.h"
 
 namespace t4d::verbs {
 
-/// Formats are named by their ids: "t4d", or those of formats::mesh4dFormats.
+/// The id of .t4d, which is none of formats::mesh4dFormats.
+inline constexpr std::string_view kT4dFormat = "t4d";
+
+/// Formats are named by their ids: kT4dFormat, or those of formats::mesh4dFormats.
 struct ConvertOptions {
   std::string input = {};   ///< a path; of a .t4d also a URL
   std::string output = {};  ///< the file to write

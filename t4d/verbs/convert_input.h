@@ -4,7 +4,6 @@
 #include <optional>
 #include <set>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "t4d/formats/mesh4d/flat_bodies.h"
@@ -13,9 +12,6 @@
 #include "t4d/verbs/convert.h"
 
 namespace t4d::verbs {
-
-/// The id of .t4d, which is none of formats::mesh4dFormats.
-inline constexpr std::string_view kT4dFormat = "t4d";
 
 /// A 4D mesh to be written in another format, and what is to be said about where it comes from.
 struct ConvertInput {

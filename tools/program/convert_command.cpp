@@ -16,8 +16,6 @@
 namespace t4d::tools {
 namespace {
 
-constexpr std::string_view kT4d = "t4d";
-
 struct ConvertArguments {
   verbs::ConvertOptions convert;
   bool acceptLoss = false;
@@ -39,7 +37,7 @@ std::optional<std::string> misuseOf(const verbs::ConvertOptions& options) {
 
 /// The name of a format, given its id.
 std::string nameOf(const std::string& format) {
-  return format == kT4d ? ".t4d" : std::string(formats::mesh4dFormat(format)->name);
+  return format == verbs::kT4dFormat ? ".t4d" : std::string(formats::mesh4dFormat(format)->name);
 }
 
 std::string titleOf(const verbs::ConvertReport& report) {
@@ -55,7 +53,7 @@ std::string titleOf(const verbs::ConvertReport& report) {
 std::vector<std::string> noticesOfChoices(const verbs::ConvertOptions& options) {
   std::vector<std::string> notices;
   const std::string written = verbs::formatToWrite(options);
-  if (options.slabs && written != kT4d) {
+  if (options.slabs && written != verbs::kT4dFormat) {
     notices.push_back(fmt::format("{}: {} has no slabs; --slabs only splits tetrahedra at the cuts",
                                   options.output, nameOf(written)));
   }
@@ -108,7 +106,7 @@ int run(ConvertArguments& arguments) {
 
 /// The id of a format of 4D meshes.
 CLI::Validator formatId(bool written) {
-  std::vector<std::string> ids = {std::string(kT4d)};
+  std::vector<std::string> ids = {std::string(verbs::kT4dFormat)};
   for (const formats::Mesh4dFormat& format : formats::mesh4dFormats()) {
     if (written ? format.write != nullptr : format.read != nullptr) ids.emplace_back(format.id);
   }

@@ -12,7 +12,7 @@ constexpr std::uint64_t kPointBytes = 3 * sizeof(float);
 }  // namespace
 
 Place cacheByte(const ByteSource& source, std::uint64_t offset) {
-  return placeIn(source.name(), fmt::format("byte {}", offset));
+  return placeOfByte(source.name(), offset);
 }
 
 Result<void> PointCache::checkSize(const ByteSource& source, const Layout& layout,

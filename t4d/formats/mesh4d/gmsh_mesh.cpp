@@ -12,9 +12,9 @@ bool GmshMesh::addTag(std::int64_t tag) {
   return true;
 }
 
-void GmshMesh::addPoint(const model::Point3& point, Place place) {
+void GmshMesh::addPoint(const model::Point3& point, Position position) {
   points_.emplace_back(point[0], point[1], point[2], 0);
-  places_.push_back(place);
+  positions_.push_back(position);
   hasTime_.push_back(false);
 }
 
@@ -40,12 +40,12 @@ Result<LoadedMesh4d> GmshMesh::finish(std::string dialect) && {
   }
   for (std::size_t i = 0; i < points_.size(); ++i) {
     if (!hasTime_[i]) {
-      return invalid(fmt::format("node {} has no time", tags_[i]), placeOf_(places_[i]));
+      return invalid(fmt::format("node {} has no time", tags_[i]), placeOf_(positions_[i]));
     }
-    if (auto added = mesh_.addVertex(points_[i], places_[i]); !added) return added.error();
+    if (auto added = mesh_.addVertex(points_[i], positions_[i]); !added) return added.error();
   }
-  for (const auto& [corners, volume, place] : cells_) {
-    if (auto added = mesh_.addCell(corners, volume, place); !added) return added.error();
+  for (const auto& [corners, volume, position] : cells_) {
+    if (auto added = mesh_.addCell(corners, volume, position); !added) return added.error();
   }
   std::map<std::int64_t, std::string> names;
   for (const auto& [volume, group] : groupOf_) {

@@ -12,10 +12,10 @@
 
 namespace t4d::formats {
 
-/// What the sections of a Gmsh file say, as text or binary. A place is what Mesh4dBuilder's is.
+/// What the sections of a Gmsh file say, as text or binary. A position is what Mesh4dBuilder's is.
 class GmshMesh {
  public:
-  using Place = Mesh4dBuilder::Place;
+  using Position = Mesh4dBuilder::Position;
 
   GmshMesh(const std::filesystem::path& path, Mesh4dBuilder::PlaceOf placeOf)
       : path_(path.string()), placeOf_(placeOf), mesh_(path_, std::move(placeOf)) {}
@@ -26,8 +26,7 @@ class GmshMesh {
   /// False if another node has the tag.
   bool addTag(std::int64_t tag);
   /// The coordinates of the next node, in the order of the tags.
-  void addPoint(const model::Point3& point, Place place);
-  std::size_t tagCount() const { return tags_.size(); }
+  void addPoint(const model::Point3& point, Position position);
   std::size_t pointCount() const { return points_.size(); }
 
   /// The number of the node with this tag.
@@ -35,8 +34,8 @@ class GmshMesh {
 
   /// `corners` are numbers of nodes.
   void addTetrahedron(const std::array<std::uint64_t, 4>& corners, std::int64_t volume,
-                      Place place) {
-    cells_.push_back({corners, volume, place});
+                      Position position) {
+    cells_.push_back({corners, volume, position});
   }
 
   /// Whether this node data, with its name in quotes, is the time; notes a loss if it is not.
@@ -52,7 +51,7 @@ class GmshMesh {
   struct GmshCell {
     std::array<std::uint64_t, 4> corners;
     std::int64_t volume;
-    Place place;
+    Position position;
   };
 
   std::string path_;
@@ -61,7 +60,7 @@ class GmshMesh {
   std::vector<model::Point4> points_;
   std::vector<bool> hasTime_;
   std::vector<std::int64_t> tags_;
-  std::vector<Place> places_;
+  std::vector<Position> positions_;
   std::unordered_map<std::int64_t, std::size_t> numberOf_;  // by tag
   std::vector<GmshCell> cells_;
   std::map<std::int64_t, std::int64_t> groupOf_;  // physical group of a volume

@@ -56,35 +56,35 @@ void Mesh4dBuilder::reserve(std::size_t vertices, std::size_t cells) {
   cells_.reserve(cells);
 }
 
-Result<void> Mesh4dBuilder::addVertex(const Point4& vertex, Place place) {
+Result<void> Mesh4dBuilder::addVertex(const Point4& vertex, Position position) {
   if (!vertex.allFinite()) {
-    return invalid("a coordinate is not finite", placeOf_(place));
+    return invalid("a coordinate is not finite", placeOf_(position));
   }
   if (vertex.cwiseAbs().maxCoeff() > model::kLargestCoordinate) {
     return invalid(fmt::format("a coordinate is beyond {}: its hypervolume is too large to compute",
                                model::kLargestCoordinate),
-                   placeOf_(place));
+                   placeOf_(position));
   }
   if (vertices_.size() == kMostVertices) {
-    return invalid("there are more vertices than 32-bit indices can number", placeOf_(place));
+    return invalid("there are more vertices than 32-bit indices can number", placeOf_(position));
   }
   vertices_.push_back(vertex);
   return {};
 }
 
 Result<void> Mesh4dBuilder::addCell(const std::array<std::uint64_t, 4>& corners, std::int64_t part,
-                                    Place place) {
+                                    Position position) {
   Cell cell{};
   for (int i = 0; i < 4; ++i) {
     if (corners[i] >= kMostVertices) {
       return invalid(fmt::format("a tetrahedron refers to vertex {}, but there are fewer",
                                  corners[i] + firstIndex_),
-                     placeOf_(place));
+                     placeOf_(position));
     }
     cell[i] = static_cast<std::uint32_t>(corners[i]);
     if (cell[i] > largestCorner_ || cells_.empty()) {
       largestCorner_ = std::max(cell[i], largestCorner_);
-      placeOfLargest_ = place;
+      positionOfLargest_ = position;
     }
   }
   if (hasEqualCorners(cell)) {
@@ -128,7 +128,7 @@ Result<void> Mesh4dBuilder::addCells(std::vector<Cell> cells, std::size_t first,
     } else if (const std::uint32_t largest = std::max({a, b, c, d});
                largest > largestCorner_ || i == 0) {
       largestCorner_ = largest;
-      placeOfLargest_ = i;
+      positionOfLargest_ = i;
     }
   }
   if (plain) cells_ = std::move(cells);
@@ -142,7 +142,7 @@ Result<void> Mesh4dBuilder::checkCorners() const {
       fmt::format("a tetrahedron refers to vertex {}, but there are {} vertices, "
                   "numbered from {}",
                   std::uint64_t{largestCorner_} + firstIndex_, vertices_.size(), firstIndex_),
-      placeOf_(placeOfLargest_));
+      placeOf_(positionOfLargest_));
 }
 
 std::vector<Mesh4d> Mesh4dBuilder::split(const std::vector<std::int64_t>& parts,

@@ -14,29 +14,30 @@ namespace t4d::formats {
 /// Checks the vertices and tetrahedra of a file and makes bodies of them.
 class Mesh4dBuilder {
  public:
-  /// A place in the file; `PlaceOf` turns it into the `where` of an error.
-  using Place = std::uint64_t;
-  using PlaceOf = std::function<t4d::Place(Place)>;
+  /// Of a cell or vertex in the file; `PlaceOf` turns it into the `where` of an error.
+  using Position = std::uint64_t;
+  using PlaceOf = std::function<Place(Position)>;
 
   /// `firstIndex` is how the format counts vertices, for messages: from 0 or from 1.
-  Mesh4dBuilder(t4d::Place file, PlaceOf placeOf, unsigned firstIndex = 0)
+  Mesh4dBuilder(Place file, PlaceOf placeOf, unsigned firstIndex = 0)
       : file_(std::move(file)), placeOf_(std::move(placeOf)), firstIndex_(firstIndex) {}
 
   /// Reserves memory; the caller has checked the counts against the size of the file.
   void reserve(std::size_t vertices, std::size_t cells);
 
   /// Coordinates that are not finite, or beyond model::kLargestCoordinate, are an error.
-  Result<void> addVertex(const model::Point4& vertex, Place place);
+  Result<void> addVertex(const model::Point4& vertex, Position position);
 
   /// `corners` are the numbers of vertices, from 0, which may follow later. `part` is what the
   /// format groups cells by: a reference, a region, a physical group.
-  Result<void> addCell(const std::array<std::uint64_t, 4>& corners, std::int64_t part, Place place);
+  Result<void> addCell(const std::array<std::uint64_t, 4>& corners, std::int64_t part,
+                       Position position);
 
-  /// Adds all at once; the place of an error is the number of the vertex.
+  /// Adds all at once; the position of an error is the number of the vertex.
   Result<void> addVertices(std::vector<model::Point4> vertices);
 
   /// Adds all at once, with `first` added to each corner. `parts` has one for each cell, or is
-  /// empty if there are none. The place of an error is the number of the cell.
+  /// empty if there are none. The position of an error is the number of the cell.
   Result<void> addCells(std::vector<model::Cell> cells, std::size_t first,
                         std::span<const std::int64_t> parts);
 
@@ -60,7 +61,7 @@ class Mesh4dBuilder {
   std::vector<Mesh4d> split(const std::vector<std::int64_t>& parts,
                             const std::map<std::int64_t, std::string>& names);
 
-  t4d::Place file_;
+  Place file_;
   PlaceOf placeOf_;
   unsigned firstIndex_;
   std::vector<model::Point4> vertices_;
@@ -70,7 +71,7 @@ class Mesh4dBuilder {
   std::vector<model::Attribute> attributes_;
   std::vector<std::uint64_t> droppedCells_;  // their numbers among all that were added
   std::uint32_t largestCorner_ = 0;
-  Place placeOfLargest_ = 0;
+  Position positionOfLargest_ = 0;
 };
 
 }  // namespace t4d::formats

@@ -38,7 +38,7 @@ Result<ChunkFile> ChunkFile::open(const std::filesystem::path& pathOrUrl) {
 }
 
 Error ChunkFile::damaged(std::uint64_t offset, const std::string& message, ErrorCode code) const {
-  return Error{code, message, placeIn(path(), fmt::format("byte {}", offset)), offset};
+  return Error{code, message, placeOfByte(path(), offset), offset};
 }
 
 /// Callers have checked `offset` and `bytes` against the file's size.

@@ -44,7 +44,7 @@ class FileSource : public ByteSource {
 
   Result<void> read(std::uint64_t offset, std::span<std::byte> into) override {
     const auto error = [&](std::uint64_t at, ErrorCode code, std::string message) {
-      return Error{code, std::move(message), placeIn(name_, fmt::format("byte {}", at)), at};
+      return Error{code, std::move(message), placeOfByte(name_, at), at};
     };
     for (std::size_t have = 0; have < into.size();) {
       const ssize_t got = ::pread(descriptor_, into.data() + have, into.size() - have,

@@ -99,7 +99,7 @@ Result<void> PipeSource::read(std::uint64_t offset, std::span<std::byte> into) {
       const std::uint64_t end = kept_->end + have;
       return Error{ErrorCode::InvalidInput,
                    "the file ends here, before the end of what it says comes: it is truncated",
-                   placeIn(name_, fmt::format("byte {}", end)), end};
+                   placeOfByte(name_, end), end};
     }
     const std::size_t some = std::min(bytes.size() - have, kept_->ahead.size() - kept_->aheadBegin);
     std::memcpy(bytes.data() + have, kept_->ahead.data() + kept_->aheadBegin, some);

@@ -80,77 +80,77 @@ void MeshBuilder::reserve(std::size_t points, std::size_t polygons) {
   polygons_.reserve(polygons);
 }
 
-Result<void> MeshBuilder::addPoint(const Point3& point, Place place) {
+Result<void> MeshBuilder::addPoint(const Point3& point, Position position) {
   if (!point.allFinite()) {
     return invalid(fmt::format("vertex {} is ({}, {}, {}), expected finite coordinates",
                                points_.size() + firstIndex_, point.x(), point.y(), point.z()),
-                   placeOf_(place));
+                   placeOf_(position));
   }
   if (points_.size() == kNone) {
     return fail(ErrorCode::Unsupported, "holds more vertices than 32-bit indices can count",
-                placeOf_(place));
+                placeOf_(position));
   }
   // Adding zero turns -0 into +0, so that equal coordinates have equal bits.
   points_.push_back(point + Point3::Zero());
   return {};
 }
 
-Result<void> MeshBuilder::addPolygon(std::span<const std::uint64_t> corners, Place place) {
+Result<void> MeshBuilder::addPolygon(std::span<const std::uint64_t> corners, Position position) {
   if (corners.size() < 3) {
     return invalid(fmt::format("a face of {} corners, expected at least 3", corners.size()),
-                   placeOf_(place));
+                   placeOf_(position));
   }
   for (const std::uint64_t index : corners) {
-    const auto corner = cornerOf(index, place);
+    const auto corner = cornerOf(index, position);
     if (!corner) return corner.error();
     corners_.push_back(*corner);
   }
-  polygons_.push_back({corners_.size(), place, part_});
+  polygons_.push_back({corners_.size(), position, part_});
   return {};
 }
 
-Result<void> MeshBuilder::addStrip(std::span<const std::uint64_t> corners, Place place) {
+Result<void> MeshBuilder::addStrip(std::span<const std::uint64_t> corners, Position position) {
   for (const std::uint64_t index : corners) {
-    const auto corner = cornerOf(index, place);
+    const auto corner = cornerOf(index, position);
     if (!corner) return corner.error();
-    if (placeOfLargest_ && *corner <= largestOfStrips_) continue;
+    if (positionOfLargest_ && *corner <= largestOfStrips_) continue;
     largestOfStrips_ = *corner;
-    placeOfLargest_ = place;
+    positionOfLargest_ = position;
   }
   for (std::size_t i = 0; i + 2 < corners.size(); ++i) {
     const std::array<std::uint64_t, 3> triangle{corners[i], corners[i + 1 + i % 2],
                                                 corners[i + 2 - i % 2]};
     if (hasEqualCorners(triangle)) continue;
-    if (auto added = addPolygon(triangle, place); !added) return added;
+    if (auto added = addPolygon(triangle, position); !added) return added;
   }
   return {};
 }
 
-Result<std::uint32_t> MeshBuilder::cornerOf(std::uint64_t index, Place place) const {
+Result<std::uint32_t> MeshBuilder::cornerOf(std::uint64_t index, Position position) const {
   if (index >= kNone) {
     return invalid(
         fmt::format("a face refers to vertex {}, beyond any that can exist", index + firstIndex_),
-        placeOf_(place));
+        placeOf_(position));
   }
   return static_cast<std::uint32_t>(index);
 }
 
-Result<void> MeshBuilder::checkCorner(std::uint32_t corner, Place place) const {
+Result<void> MeshBuilder::checkCorner(std::uint32_t corner, Position position) const {
   if (corner < points_.size()) return {};
   return invalid(fmt::format("a face refers to vertex {}, but there are {} (counted from {})",
                              std::uint64_t{corner} + firstIndex_, points_.size(), firstIndex_),
-                 placeOf_(place));
+                 placeOf_(position));
 }
 
 Result<void> MeshBuilder::checkCorners() const {
   std::size_t i = 0;
   for (const Polygon& polygon : polygons_) {
     for (; i < polygon.end; ++i) {
-      if (auto checked = checkCorner(corners_[i], polygon.place); !checked) return checked;
+      if (auto checked = checkCorner(corners_[i], polygon.position); !checked) return checked;
     }
   }
-  if (!placeOfLargest_) return {};
-  return checkCorner(largestOfStrips_, *placeOfLargest_);
+  if (!positionOfLargest_) return {};
+  return checkCorner(largestOfStrips_, *positionOfLargest_);
 }
 
 std::vector<std::uint32_t> MeshBuilder::firstEquals() const {
@@ -194,7 +194,7 @@ Result<LoadedMesh> MeshBuilder::finish() && {
   std::ptrdiff_t whole = 0;  // of the triangles
   std::size_t begin = 0;
   std::uint64_t hash = 0;
-  for (const auto& [end, place, part] : polygons_) {
+  for (const auto& [end, position, part] : polygons_) {
     const std::size_t firstCorner = begin;
     corners.clear();
     hash = hashWith(hash, end);
@@ -210,7 +210,7 @@ Result<LoadedMesh> MeshBuilder::finish() && {
                   fmt::format("a concave face of {} corners takes too long to split into "
                               "triangles; triangulate it first",
                               corners.size()),
-                  placeOf_(place));
+                  placeOf_(position));
     }
     const auto added = std::ranges::remove_if(triangles.begin() + whole, triangles.end(),
                                               hasEqualCorners<std::uint32_t>);

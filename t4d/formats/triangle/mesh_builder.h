@@ -18,9 +18,9 @@ namespace t4d::formats {
 /// Checks the points and polygons of a file and makes a triangle mesh of them.
 class MeshBuilder {
  public:
-  /// A place in the file; `PlaceOf` turns it into the `where` of an error.
-  using Place = std::uint64_t;
-  using PlaceOf = std::function<t4d::Place(Place)>;
+  /// Of a face or point in the file; `PlaceOf` turns it into the `where` of an error.
+  using Position = std::uint64_t;
+  using PlaceOf = std::function<Place(Position)>;
 
   /// `firstIndex` is how the format counts vertices, for messages: from 0 or from 1.
   MeshBuilder(std::string file, PlaceOf placeOf, unsigned firstIndex = 0)
@@ -30,16 +30,16 @@ class MeshBuilder {
   void reserve(std::size_t points, std::size_t polygons);
 
   /// Coordinates that are not finite are an error.
-  Result<void> addPoint(const model::Point3& point, Place place);
+  Result<void> addPoint(const model::Point3& point, Position position);
 
   /// `corners` are the numbers of points, from 0; fewer than three are an error. A polygon may come
   /// before its points.
-  Result<void> addPolygon(std::span<const std::uint64_t> corners, Place place);
+  Result<void> addPolygon(std::span<const std::uint64_t> corners, Position position);
 
   /// Adds the triangles of a strip. The corners of every second one are reversed, so that all face
   /// the same side. Triangles that use a corner twice only join strips: they are dropped without a
   /// notice. Fewer than three corners make no triangle.
-  Result<void> addStrip(std::span<const std::uint64_t> corners, Place place);
+  Result<void> addStrip(std::span<const std::uint64_t> corners, Position position);
 
   /// Polygons belong to this part from now on; to part 0 at first.
   void setPart(std::uint32_t part) { part_ = part; }
@@ -65,12 +65,12 @@ class MeshBuilder {
  private:
   struct Polygon {
     std::size_t end;  // in corners_
-    Place place;
+    Position position;
     std::uint32_t part;
   };
 
-  Result<std::uint32_t> cornerOf(std::uint64_t index, Place place) const;
-  Result<void> checkCorner(std::uint32_t corner, Place place) const;
+  Result<std::uint32_t> cornerOf(std::uint64_t index, Position position) const;
+  Result<void> checkCorner(std::uint32_t corner, Position position) const;
   Result<void> checkCorners() const;
   /// Adds the corners of triangles that were made of a polygon, which has the corners from `begin`
   /// to `end` of all.
@@ -86,7 +86,7 @@ class MeshBuilder {
   std::uint32_t part_ = 0;
   /// The largest corner of any strip, which need not be in a triangle.
   std::uint32_t largestOfStrips_ = 0;
-  std::optional<Place> placeOfLargest_;
+  std::optional<Position> positionOfLargest_;
   std::vector<std::uint32_t>* partsOfTriangles_ = nullptr;
   FileCorners* cornersOfTriangles_ = nullptr;
   /// The corners of a polygon: the vertex and the number of each, in order.

@@ -33,13 +33,13 @@ class ObjReader {
             file.path.string(), [&](auto line) { return file.atLine(line); }, 1) {}
 
   Result<LoadedMesh> read(Keep keep) {
-    const bool attributes = keep == Keep::Attributes;
+    keepsAttributes_ = keep == Keep::Attributes;
     while (scanner_.nextLine()) {
       const auto statement = scanner_.word();
       Result<void> done;
       if (statement == "v") done = readVertex();
       if (statement == "f") done = readFace();
-      if (statement == "vt" && attributes) readUv();
+      if (statement == "vt" && keepsAttributes_) readUv();
       if (statement == "vn") hasNormals_ = true;
       if (statement == by_ && !by_.empty()) beginBody(scanner_.rest());
       if (statement == "usemtl") beginMaterial(scanner_.rest());
@@ -47,10 +47,10 @@ class ObjReader {
       if (!done) return done.error();
     }
     FileCorners corners;
-    if (attributes && (hasUvs() || hasColors_)) builder_.keepCornersIn(corners);
+    if (hasUvs() || hasColors_) builder_.keepCornersIn(corners);
     builder_.keepPartsIn(partOf_);
     auto loaded = std::move(builder_).finish();
-    if (loaded && attributes) addAttributes(corners, *loaded);
+    if (loaded && keepsAttributes_) addAttributes(corners, *loaded);
     return loaded;
   }
 
@@ -203,7 +203,7 @@ class ObjReader {
     }
     if (auto added = builder_.addPoint(point, line); !added) return added;
     ++pointCount_;
-    if (scanner_.hasWord()) readColor();
+    if (keepsAttributes_ && scanner_.hasWord()) readColor();
     return {};
   }
 
@@ -280,7 +280,7 @@ class ObjReader {
         word.substr(slash).find_first_not_of("/+-0123456789") != word.npos) {
       return scanner_.unexpectedWord(word, kExpected);
     }
-    if (slash < word.size()) readCornerUv(word.substr(slash + 1));
+    if (keepsAttributes_ && slash < word.size()) readCornerUv(word.substr(slash + 1));
     const auto count = static_cast<std::int64_t>(builder_.pointCount());
     if (index == 0) return scanner_.invalidHere("a face refers to vertex 0, but OBJ counts from 1");
     if (index < -count) {
@@ -297,6 +297,7 @@ class ObjReader {
   std::map<Part, std::uint32_t> numberOfPart_ = {{Part{}, 0}};
   Part current_;
   std::vector<std::uint32_t> partOf_;  // of the triangles
+  bool keepsAttributes_ = false;
   bool hasMaterials_ = false;
   bool hasNormals_ = false;
   std::vector<std::string> materialFiles_;

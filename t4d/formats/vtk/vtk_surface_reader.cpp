@@ -20,7 +20,7 @@ namespace t4d::formats {
 namespace {
 
 /// The place of what is no cell.
-constexpr MeshBuilder::Place kNoCell = ~std::uint64_t{0};
+constexpr MeshBuilder::Position kNoCell = ~std::uint64_t{0};
 /// Bits of vtkGhostType: a duplicate, replaced by finer cells, hidden.
 constexpr std::int64_t kLeftOut = 1 | 8 | 32;
 
@@ -113,7 +113,7 @@ class VtkSurfaceReader {
   }
 
  private:
-  Place placeOf(MeshBuilder::Place cell) const {
+  Place placeOf(MeshBuilder::Position cell) const {
     return cell == kNoCell ? Place(path_) : placeIn(path_, fmt::format("cell {}", cell));
   }
 
