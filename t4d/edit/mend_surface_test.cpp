@@ -425,6 +425,15 @@ TEST(MendSurface, RemeshesOnlyWhenNothingElseHelps) {
   EXPECT_NEAR(signedVolume(twisted), 8, 0.3);
 }
 
+TEST(MendSurface, UnitesSolidsWhoseNormalsVanishInDoubles) {
+  TriangleMesh mesh = translated(fixtures::cube(1), {2, 2, 2});
+  for (const double shift : {0.0, 1e-170}) {
+    append(mesh, translated(fixtures::cube(2e-170), {shift, shift, shift}));
+  }
+  EXPECT_THAT(mended(mesh), ElementsAre("crossing"));
+  EXPECT_EQ(signedVolume(mesh), 1);
+}
+
 TEST(RemeshSurface, IsOfSecondOrderOnABall) {
   double last = 0;
   for (const double size : {0.1, 0.05}) {
