@@ -44,6 +44,7 @@ from t4d.commands import run_words as run_words
 SCALARS = {"string": "str", "integer": "int", "number": "float", "boolean": "bool"}
 # Prints the report of the verb whose reports it joins.
 ANY_REPORT = {"join"}
+MOST_PARTS = {"type": "integer", "description": "With --most-parts, which prints this alone."}
 # Of a report: methods of a dictionary, and what the verb made.
 TAKEN = {*dir(dict), "mesh"}
 
@@ -73,7 +74,9 @@ class Reports:
         for member, type_ in node["properties"].items():
             if member in TAKEN or keyword.iskeyword(member) or not member.isidentifier():
                 continue
-            members[member] = self.hint(type_, name.removesuffix("Report") + camel(member))
+            hint = self.hint(type_, name.removesuffix("Report") + camel(member))
+            is_there = member in node.get("required", ()) or hint.startswith("Optional") or hint == "Any"
+            members[member] = hint if is_there else f"Optional[{hint}]"
             said = type_.get("description") or self.resolved(type_).get("description")
             if said:
                 about.append(f"{member}: {said}")
@@ -184,6 +187,8 @@ def main(program, schemas, output):
         classes = {}
         if path.exists() and verb["name"] not in ANY_REPORT:
             reports = Reports(json.loads(path.read_text()))
+            if any("--most-parts" in option["names"] for option in verb["options"]):
+                reports.schema["properties"]["parts"] = MOST_PARTS
             reports.class_of(reports.schema, f"{camel(verb['name'])}Report")
             classes = reports.classes
         parts += classes.values()

@@ -10,7 +10,7 @@ from typing import Any, Callable, Iterable, Optional, Sequence, SupportsFloat, T
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Path = Union[str, bytes, "os.PathLike[str]", "os.PathLike[bytes]"]
+Path = Union[str, bytes, os.PathLike[str], os.PathLike[bytes]]
 Numbers = Iterable[SupportsFloat]
 """Of Python or numpy, or an array."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import copy
 import functools
 import json
 import os
@@ -38,27 +39,29 @@ Option = Union[PathLike, SupportsFloat, Iterable[Union[PathLike, SupportsFloat]]
 Output = Union[Option, Type[Mesh], Type[TriangleMesh]]
 
 
+AReport = TypeVar("AReport", bound="Report")
+
+
 class Report(Dict[str, Any]):
-    """What a verb found: a dictionary whose members are attributes, too (``report.volume``).
-    ``mesh`` is what the verb made, if its output is a class."""
+    """What a verb found: a dictionary whose members are attributes, too (``report.volume``); those
+    that this run did not print are None. ``mesh`` is what the verb made, if its output is a class."""
 
     mesh: Any = None
 
     if not TYPE_CHECKING:  # the classes of t4d.verbs say which there are
 
         def __getattr__(self, name):
-            try:
+            if name in self:
                 return self[name]
-            except KeyError:
-                raise AttributeError(
-                    f"the report has no '{name}'; it has {', '.join(self)}"
-                ) from None
+            if name in _members(type(self)):
+                return None
+            raise AttributeError(f"the report has no '{name}'; it has {', '.join(self)}")
+
+    def copy(self: AReport) -> AReport:
+        return copy.copy(self)
 
     def __dir__(self) -> Iterable[str]:
         return [*super().__dir__(), *self]
-
-
-AReport = TypeVar("AReport", bound=Report)
 
 
 def report_as(kind: Type[AReport], report: Any) -> AReport:
@@ -126,6 +129,8 @@ def _printed(verb: str, *words: str) -> str:
 
 
 def _is_one(value: Any) -> bool:
+    if isinstance(value, np.ndarray):
+        return value.ndim == 0
     return isinstance(value, (str, bytes, os.PathLike)) or not hasattr(value, "__iter__")
 
 
@@ -229,7 +234,11 @@ def run(verb: str, /, *files: Any, **options: Any) -> Any:
 
 
 def _run(verb: str, names: List[str], options: Dict[str, Any]) -> Any:
-    return run_words([verb, *words_of(verb, options), *names])
+    # Files come first: the last option could take a file for one more of its values.
+    return run_words([verb, *names, *words_of(verb, options)])
+
+
+_HELP = "Run with --help for more information."
 
 
 def run_words(
@@ -255,11 +264,16 @@ def run_words(
             raise
         finally:
             _running.discard(process)
-    lines = [line.removeprefix("t4d: ") for line in said.splitlines() if line]
+    lines = [line.removeprefix("t4d: ") for line in said.splitlines() if line and line != _HELP]
     code = process.returncode
+    if memory and code == 127:
+        lines.append("the memory of the task is not enough to start the program")
     if code < 0 and _ended:
         raise SystemExit  # silent in a thread
-    if code not in (0, 3) and not (code == 4 and printed):
+    # A report that says what is wrong, or different; but --fail-on asks for an error.
+    fails = any(word.startswith("--fail-on") for word in words)
+    told = printed and (code == 4 or (code == 1 and has_json and not fails))
+    if code not in (0, 3) and not told:
         raise VerbError("\n".join(lines) or f"t4d {verb} ended with {code}", verb, code)
     notes: List[str] = []
     for line in lines:

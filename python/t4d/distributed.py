@@ -748,7 +748,7 @@ def _function(verb: str) -> Callable[..., Any]:
         parts: Optional[int] = None, resume: bool = False, seconds: float = _SECONDS, **options: Any,
     ) -> Any:  # fmt: skip
         names = [files] if isinstance(files, (str, bytes, os.PathLike)) else list(files)
-        words = [*commands.words_of(verb, options), *(os.fsdecode(name) for name in names)]
+        words = [*(os.fsdecode(name) for name in names), *commands.words_of(verb, options)]
         return run(
             verb, words, os.fsdecode(output) if output is not None else None, client=client, local=local,
             parts=parts, resume=resume, seconds=seconds,

@@ -4,6 +4,7 @@ import pickle
 import shutil
 import subprocess
 import sys
+import typing
 
 import numpy as np
 import pytest
@@ -27,6 +28,30 @@ def test_collide_finds_the_same_in_memory_as_in_files(cube, tmp_path):
     assert isinstance(found, verbs.CollideReport) and isinstance(found.pairs[0], verbs.CollidePair)
     again = pickle.loads(pickle.dumps(found))
     assert again == found and again.pairs[0].verdict == "clear"
+
+
+def test_what_verbs_find_wrong_is_a_report_and_what_is_not_printed_is_none(models, tmp_path):
+    found = verbs.diff(models / "cube.t4d", models / "screw.t4d")
+    assert not found.same and found.level == "different" and found.messages
+    assert verbs.validate(models / "cube.t4d").part is None
+    assert verbs.quality(models / "cube.t4d", most_parts=True).parts > 0
+    with pytest.raises(t4d.VerbError):
+        verbs.collide(models / "cube.t4d", models / "cube.t4d", fail_on_contact=True)
+    assert isinstance(found.copy(), verbs.DiffReport)
+
+
+def test_the_last_option_takes_no_file(models):
+    plane = verbs.slice(models / "cube.t4d", hyperplane=(0, 0, 0, 1, 2), output=t4d.TriangleMesh)
+    again = verbs.slice(models / "cube.t4d", output=t4d.TriangleMesh, time=np.array(2))
+    assert plane.mesh.volume == again.mesh.volume != 0
+    rows = np.hstack([np.eye(3), [[1], [2], [3]]])
+    moved = verbs.transform(models / "cube.t4d", matrix=rows, output=t4d.Mesh).mesh
+    assert np.array_equal(moved.slice(time=2).vertices, again.mesh.vertices + [1, 2, 3])
+
+
+def test_annotations_can_be_evaluated():
+    for verb in verbs.__all__:
+        typing.get_type_hints(getattr(verbs, verb))
 
 
 def test_an_envelope_in_memory_is_the_one_that_is_written(models, tmp_path):
