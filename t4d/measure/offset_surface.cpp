@@ -104,7 +104,8 @@ class Offset {
   }
 
   void findValues(const model::Progress& progress) {
-    auto& [points, values] = values_;
+    std::vector<std::uint64_t>& points = values_.points;
+    std::vector<double>& values = values_.values;
     points = allCornersOf(cubes_);
     values.resize(points.size());
     const double most = level_ + 2 * std::numbers::sqrt3 * lattice_.spacing * unit_;
