@@ -15,7 +15,7 @@ constexpr std::size_t kMddHeaderBytes = 8;
 }  // namespace
 
 Result<PointCache> openMdd(std::unique_ptr<ByteSource> source) {
-  const auto at = [&](std::uint64_t byte) { return cacheByte(*source, byte); };
+  const auto at = [&](std::uint64_t byte) { return placeOfByte(source->name(), byte); };
   if (source->size() < kMddHeaderBytes) {
     return invalid(fmt::format("the file ends in the header of {} bytes", kMddHeaderBytes),
                    at(source->size()));

@@ -18,7 +18,7 @@ constexpr std::string_view kPc2Signature{"POINTCACHE2\0", 12};
 }  // namespace
 
 Result<PointCache> openPc2(std::unique_ptr<ByteSource> source) {
-  const auto at = [&](std::uint64_t byte) { return cacheByte(*source, byte); };
+  const auto at = [&](std::uint64_t byte) { return placeOfByte(source->name(), byte); };
   if (source->size() < kPc2HeaderBytes) {
     return invalid(fmt::format("the file ends in the header of {} bytes", kPc2HeaderBytes),
                    at(source->size()));

@@ -11,17 +11,13 @@ constexpr std::uint64_t kPointBytes = 3 * sizeof(float);
 
 }  // namespace
 
-Place cacheByte(const ByteSource& source, std::uint64_t offset) {
-  return placeOfByte(source.name(), offset);
-}
-
 Result<void> PointCache::checkSize(const ByteSource& source, const Layout& layout,
                                    std::uint64_t at) {
-  if (layout.points == 0) return invalid("holds no points", cacheByte(source, at));
+  if (layout.points == 0) return invalid("holds no points", placeOfByte(source.name(), at));
   if (layout.samples < 2) {
     return invalid(fmt::format("{} sample{}, expected at least 2", layout.samples,
                                layout.samples == 1 ? "" : "s"),
-                   cacheByte(source, at));
+                   placeOfByte(source.name(), at));
   }
   // Both counts have 32 bits, so nothing here overflows.
   const std::uint64_t held = source.size() - layout.firstByte;
@@ -29,7 +25,7 @@ Result<void> PointCache::checkSize(const ByteSource& source, const Layout& layou
   if (held % kPointBytes == 0 && held / kPointBytes == needed) return {};
   return invalid(fmt::format("declares {} samples of {} points, {} bytes each; {} bytes follow",
                              layout.samples, layout.points, kPointBytes, held),
-                 cacheByte(source, at));
+                 placeOfByte(source.name(), at));
 }
 
 Result<void> PointCache::read(std::uint64_t sample, std::span<model::Point3> into) const {
@@ -44,7 +40,7 @@ Result<void> PointCache::read(std::uint64_t sample, std::span<model::Point3> int
     if (into[i].allFinite()) continue;
     return invalid(fmt::format("sample {}, point {} is ({}, {}, {}), expected finite coordinates",
                                sample, i, into[i].x(), into[i].y(), into[i].z()),
-                   cacheByte(*source_, begin + i * kPointBytes));
+                   placeOfByte(source_->name(), begin + i * kPointBytes));
   }
   return {};
 }

@@ -45,7 +45,4 @@ class PointCache {
   std::vector<double> times_;
 };
 
-/// A byte of a cache, for `where` of errors.
-Place cacheByte(const ByteSource& source, std::uint64_t offset);
-
 }  // namespace t4d::formats
