@@ -81,7 +81,7 @@ class Reports:
             if said:
                 about.append(f"{member}: {said}")
         if about:
-            text = "\n\n    ".join(about).replace("\\", "\\\\").replace('"""', "'''")
+            text = in_quotes("\n\n    ".join(about))
             lines += [f'    """{text}"""', ""]
         lines += [f"    {member}: {hint}" for member, hint in members.items()] or ["    pass"]
         self.classes[name] = lines
@@ -116,6 +116,11 @@ class Reports:
         if isinstance(node.get("additionalProperties"), dict):
             return f"Dict[str, {self.hint(node['additionalProperties'], one_of(name))}]"
         return "Any"
+
+
+def in_quotes(text):
+    """As the text of a docstring."""
+    return text.rstrip().replace("\\", "\\\\").replace('"""', "'''")
 
 
 def option_hint(option):
@@ -153,11 +158,10 @@ def function(verb, help_text, reports):
     result = kind if has_json and reports else "Any"
     files = ["*files"] if verb["arguments"] else []
     call = f"run({', '.join([repr(name), *files, *given])})"
-    text = help_text.rstrip().replace("\\", "\\\\").replace('"""', "'''")
     return [
         *lines,
         f") -> {result}:",
-        f'    """{text}\n    """',
+        f'    """{in_quotes(help_text)}\n    """',
         f"    return report_as({kind}, {call})" if result == kind else f"    return {call}",
     ]
 
@@ -167,7 +171,7 @@ def open_function(verb, help_text):
     name = verb["name"]
     return [
         f"def {name}(*files: File, **options: Any) -> Any:",
-        f'    """{help_text.rstrip()}\n    """',
+        f'    """{in_quotes(help_text)}\n    """',
         f'    return run("{name}", *files, **options)',
     ]
 

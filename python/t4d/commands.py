@@ -270,10 +270,9 @@ def run_words(
         lines.append("the memory of the task is not enough to start the program")
     if code < 0 and _ended:
         raise SystemExit  # silent in a thread
-    # A report that says what is wrong, or different; but --fail-on asks for an error.
-    fails = any(word.startswith("--fail-on") for word in words)
-    told = printed and (code == 4 or (code == 1 and has_json and not fails))
-    if code not in (0, 3) and not told:
+    # A report that says what is wrong, or different.
+    told = code == 4 or (code == 1 and verb == "diff")
+    if code not in (0, 3) and not (told and printed):
         raise VerbError("\n".join(lines) or f"t4d {verb} ended with {code}", verb, code)
     notes: List[str] = []
     for line in lines:
