@@ -62,10 +62,12 @@ cmake_host_system_information(RESULT T4D_PROCESSORS QUERY NUMBER_OF_LOGICAL_CORE
 cmake_host_system_information(RESULT T4D_MEMORY QUERY TOTAL_PHYSICAL_MEMORY)
 math(EXPR T4D_MEMORY_EACH "${T4D_MEMORY} / ${T4D_PROCESSORS}")  # MiB for a processor
 if(T4D_PROCESSORS GREATER 4)
-  set(T4D_SOURCES_TOGETHER 8)
+  set(together 8)
 else()
-  set(T4D_SOURCES_TOGETHER 24)
+  set(together 24)
 endif()
+set(T4D_SOURCES_TOGETHER ${together} CACHE STRING
+  "Sources that are compiled as one; few make it quicker to build after a change")
 function(t4d_compile_together target)
   if(NOT CMAKE_DISABLE_PRECOMPILE_HEADERS)
     set_target_properties(${target} PROPERTIES
