@@ -20,15 +20,15 @@ using model::Point4;
 constexpr std::size_t kShortestLine = 8;
 
 /// The header and the numbers after it that are on one line.
-struct Head {
+struct Off4dHead {
   std::string keyword;
   std::size_t counts = 0;
 };
 
-Head headOf(std::string_view begin) {
+Off4dHead headOf(std::string_view begin) {
   const InputFile file{"", std::string(begin)};
   TextScanner text(file, {.comment = '#'});
-  Head head;
+  Off4dHead head;
   if (!text.nextLine()) return head;
   head.keyword = text.word();
   if (!text.hasWord() && !text.nextLine()) return head;
@@ -156,12 +156,12 @@ std::optional<Cell> tetrahedronOf(std::span<const std::span<const std::uint32_t>
 }  // namespace
 
 bool isStellaOff(std::string_view begin) {
-  const Head head = headOf(begin);
+  const Off4dHead head = headOf(begin);
   return head.keyword == "4OFF" && head.counts == 4;
 }
 
 bool isIjkOff(std::string_view begin) {
-  const Head head = headOf(begin);
+  const Off4dHead head = headOf(begin);
   return head.keyword == "4OFF" && head.counts != 4;
 }
 

@@ -148,7 +148,7 @@ Bytes zstdFrame(ZSTD_CCtx* context, std::span<const std::byte> bytes, int level,
 }
 
 /// An array to be stored, and where its blocks come from.
-struct Rows {
+struct ArrayRows {
   model::ScalarType type;
   std::uint8_t components;
   std::uint64_t count;
@@ -160,7 +160,8 @@ struct Rows {
 };
 
 /// One block in a zstd frame.
-Bytes compressedBlock(std::span<const std::byte> rows, const Rows& array, Codec codec, int level) {
+Bytes compressedBlock(std::span<const std::byte> rows, const ArrayRows& array, Codec codec,
+                      int level) {
   // Kept, since making one takes a tenth of the time of a block.
   thread_local const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(),
                                                                                   &ZSTD_freeCCtx);
@@ -203,7 +204,7 @@ class WaitingBlocks {
 };
 
 /// The blocks of an array, compressed; empty if they are not smaller than the array.
-std::vector<StoredBlock> compressed(const Rows& array, Codec codec, int level) {
+std::vector<StoredBlock> compressed(const ArrayRows& array, Codec codec, int level) {
   WaitingBlocks made(blockCount(array.count));
   std::atomic<bool> failed = false;
   tbb::parallel_for(std::size_t{0}, made.blocks().size(), [&](std::size_t i) {
@@ -216,7 +217,7 @@ std::vector<StoredBlock> compressed(const Rows& array, Codec codec, int level) {
   return std::move(made.blocks());
 }
 
-std::vector<StoredBlock> uncompressed(const Rows& array) {
+std::vector<StoredBlock> uncompressed(const ArrayRows& array) {
   WaitingBlocks made(blockCount(array.count));
   for (std::size_t i = 0; i < made.blocks().size(); ++i) {
     Bytes space;
@@ -226,7 +227,7 @@ std::vector<StoredBlock> uncompressed(const Rows& array) {
   return std::move(made.blocks());
 }
 
-void putRows(PayloadWriter& into, const Rows& array, int level) {
+void putRows(PayloadWriter& into, const ArrayRows& array, int level) {
   std::vector<StoredBlock> blocks;
   auto codec = Codec::Raw;
   if (level > 0 && array.count > 0) {

@@ -39,7 +39,7 @@ struct Cells {
 };
 
 /// The cells of a piece of an unstructured grid.
-struct Grid {
+struct SurfaceGrid {
   Cells cells;
   std::vector<std::uint8_t> types;
   std::vector<std::int64_t> ghosts;
@@ -97,13 +97,13 @@ class VtkSurfaceReader {
   }
 
   Result<LoadedMesh> readGrid() {
-    std::vector<Grid> grids;
+    std::vector<SurfaceGrid> grids;
     for (const VtkPiece& piece : vtk_.pieces()) {
       auto grid = gridOf(piece);
       if (!grid) return grid.error();
       grids.push_back(std::move(*grid));
     }
-    for (const Grid& grid : grids) {
+    for (const SurfaceGrid& grid : grids) {
       if (auto good = checkTypes(grid); !good) return good.error();
     }
     auto added = solids_ > 0 ? addBoundary(grids) : addFlatCells(grids);
@@ -211,9 +211,9 @@ class VtkSurfaceReader {
 
   // Unstructured grids -------------------------------------------------------------------------
 
-  Result<Grid> gridOf(const VtkPiece& piece) {
+  Result<SurfaceGrid> gridOf(const VtkPiece& piece) {
     const std::uint64_t count = piece.cells.count;
-    Grid grid;
+    SurfaceGrid grid;
     grid.firstPoint = builder_.pointCount();
     grid.firstRow = rows_;
     if (auto added = addPoints(piece, count); !added) return added.error();
@@ -235,7 +235,7 @@ class VtkSurfaceReader {
 
   /// Fails for cells that are not read, and for those with other numbers of corners than their
   /// types have; counts the others.
-  Result<void> checkTypes(const Grid& grid) {
+  Result<void> checkTypes(const SurfaceGrid& grid) {
     for (std::size_t i = 0; i < grid.types.size(); ++i) {
       const std::uint32_t type = grid.types[i];
       const auto wrong = [&](ErrorCode code, const std::string& what) {
@@ -264,8 +264,8 @@ class VtkSurfaceReader {
     return {};
   }
 
-  Result<void> addFlatCells(const std::vector<Grid>& grids) {
-    for (const Grid& grid : grids) {
+  Result<void> addFlatCells(const std::vector<SurfaceGrid>& grids) {
+    for (const SurfaceGrid& grid : grids) {
       for (std::size_t i = 0; i < grid.types.size(); ++i) {
         if (isPointOrLine(grid.types[i]) || isLeftOut(grid.ghosts, i)) continue;
         auto added = addFace(grid.types[i], grid.cells.at(i), grid.firstPoint, grid.firstRow + i);
@@ -276,7 +276,7 @@ class VtkSurfaceReader {
   }
 
   /// Adds the faces that only one cell has.
-  Result<void> addBoundary(const std::vector<Grid>& grids) {
+  Result<void> addBoundary(const std::vector<SurfaceGrid>& grids) {
     auto faces = facesOf(grids);
     std::ranges::sort(faces, {}, &Face::points);
     std::vector<Face> boundary;
@@ -306,11 +306,11 @@ class VtkSurfaceReader {
     return {};
   }
 
-  std::vector<Face> facesOf(const std::vector<Grid>& grids) const {
+  std::vector<Face> facesOf(const std::vector<SurfaceGrid>& grids) const {
     const auto first = builder_.firstEquals();
     std::vector<Face> faces;
     for (std::uint32_t g = 0; g < grids.size(); ++g) {
-      const Grid& grid = grids[g];
+      const SurfaceGrid& grid = grids[g];
       for (std::uint32_t i = 0; i < grid.types.size(); ++i) {
         const VtkSolidShape* shape = vtkSolidShape(grid.types[i]);
         if (shape == nullptr || isLeftOut(grid.ghosts, i)) continue;
@@ -335,7 +335,7 @@ class VtkSurfaceReader {
     return points[2] != model::kNoIndex;
   }
 
-  Result<void> addFaceOfSolid(const Grid& grid, const Face& face) {
+  Result<void> addFaceOfSolid(const SurfaceGrid& grid, const Face& face) {
     const VtkSolidShape& shape = *vtkSolidShape(grid.types[face.cell]);
     const auto corners = grid.cells.at(face.cell);
     std::vector<std::uint32_t> ofFace;
