@@ -75,11 +75,9 @@ ExactSum::Factor ExactSum::Factor::difference(double a, double b) {
 
 void ExactSum::add(std::span<const Factor* const> factors, bool subtract) {
   assert(!factors.empty() && factors.size() <= 4);
-  std::array<double, 4> chosen{};
+  std::array<double, 4> chosen = {1, 1, 1, 1};
   const auto choose = [&](const auto& self, std::size_t index) -> void {
-    if (index == factors.size()) {
-      return addProduct(std::span(chosen).first(factors.size()), subtract);
-    }
+    if (index == factors.size()) return addProduct(chosen, subtract);
     for (const double part : *factors[index]) {
       chosen[index] = part;
       self(self, index + 1);
@@ -88,8 +86,8 @@ void ExactSum::add(std::span<const Factor* const> factors, bool subtract) {
   choose(choose, 0);
 }
 
-void ExactSum::addProduct(std::span<const double> factors, bool subtract) {
-  std::array<Parts, 4> parts = {Parts{1, 0}, Parts{1, 0}, Parts{1, 0}, Parts{1, 0}};
+void ExactSum::addProduct(const std::array<double, 4>& factors, bool subtract) {
+  std::array<Parts, 4> parts;
   bool negative = subtract;
   int exponent = 0;
   for (std::size_t i = 0; i < factors.size(); ++i) {

@@ -49,7 +49,7 @@ class ExactSum {
   double dividedBy(double divisor) const;
 
  private:
-  void addProduct(std::span<const double> factors, bool subtract);
+  void addProduct(const std::array<double, 4>& factors, bool subtract);
   void carry();
 
   // Digits of 32 bits, the lowest first. Each has room for the sum of 2^30 digits. The lowest bit
