@@ -140,8 +140,8 @@ Result<void> measureShapes(Side& side, std::optional<double> timeScale, Observer
     const std::string_view name = measure::kQualityMeasures[k].name;
     if (name != "radius_ratio" && name != "smallest_angle") continue;
     const measure::Distribution all = quality->all(k);
-    (name == "radius_ratio" ? shapes.radiusRatio : shapes.smallestAngle) = {
-        all.quantile(0.01), all.quantile(0.5), all.quantile(0.99)};
+    const CellQuantiles quantiles{all.quantile(0.01), all.quantile(0.5), all.quantile(0.99)};
+    (name == "radius_ratio" ? shapes.radiusRatio : shapes.smallestAngle) = quantiles;
   }
   return {};
 }
