@@ -7,10 +7,10 @@
 #include <map>
 #include <optional>
 #include <unordered_map>
-#include <variant>
 
 #include <CGAL/Constrained_Delaunay_triangulation_2.h>
 #include <CGAL/Exact_predicates_exact_constructions_kernel.h>
+#include <CGAL/Object.h>
 #include <CGAL/Triangulation_vertex_base_with_info_2.h>
 #include <CGAL/intersections.h>
 #include <fmt/format.h>
@@ -180,13 +180,14 @@ class Arrangement {
 
   /// Where two triangles of different planes meet, as a constraint of both.
   void addCrossing(std::uint32_t a, std::uint32_t b) {
-    const auto common = CGAL::intersection(exactTriangle(a), exactTriangle(b));
-    if (!common) return;
+    // An Object is made of the variants of all versions of CGAL.
+    const CGAL::Object common = CGAL::intersection(exactTriangle(a), exactTriangle(b));
     std::pair<std::uint32_t, std::uint32_t> segment;
-    if (const auto* point = boost::get<ExactPoint>(&*common)) {
+    if (const auto* point = CGAL::object_cast<ExactPoint>(&common)) {
       segment.first = segment.second = vertices_.idOf(*point);
-    } else if (const auto* line = boost::get<Exact::Segment_3>(&*common)) {
-      segment = {vertices_.idOf(line->source()), vertices_.idOf(line->target())};
+    } else if (const auto* line = CGAL::object_cast<Exact::Segment_3>(&common)) {
+      segment.first = vertices_.idOf(line->source());
+      segment.second = vertices_.idOf(line->target());
     } else {
       return;  // triangles in different planes meet in nothing else
     }
