@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "t4d/formats/input_file.h"
+#include "t4d/system/xml_position.h"
 
 namespace t4d::formats {
 namespace {
@@ -32,7 +33,7 @@ class SrdfParser {
     if (problem_) return *problem_;
     if (status != XML_STATUS_OK) {
       return invalid(fmt::format("is not XML: {}", XML_ErrorString(XML_GetErrorCode(parser_))),
-                     file_.atLine(XML_GetCurrentLineNumber(parser_)));
+                     file_.atLine(system::xmlLine(parser_)));
     }
     return std::move(pairs_);
   }
@@ -63,8 +64,8 @@ class SrdfParser {
   }
 
   void stop(std::string message) {
-    problem_ = Error{ErrorCode::InvalidInput, std::move(message),
-                     file_.atLine(XML_GetCurrentLineNumber(parser_))};
+    problem_ =
+        Error{ErrorCode::InvalidInput, std::move(message), file_.atLine(system::xmlLine(parser_))};
     XML_StopParser(parser_, XML_FALSE);
   }
 

@@ -19,6 +19,7 @@
 #include "t4d/model/degrees.h"
 #include "t4d/model/limits.h"
 #include "t4d/model/units.h"
+#include "t4d/system/xml_position.h"
 
 namespace t4d::formats {
 namespace {
@@ -71,7 +72,7 @@ class XmlTree {
     if (tree->open_.size() == kDeepest) return tree->stop("elements are nested too deeply");
     auto element = std::make_unique<XmlElement>();
     element->name = name;
-    element->line = XML_GetCurrentLineNumber(tree->parser_);
+    element->line = system::xmlLine(tree->parser_);
     for (; *attributes != nullptr; attributes += 2) {
       element->attributes[attributes[0]] = attributes[1];
     }
@@ -95,7 +96,7 @@ class XmlTree {
     problem_ = problem;
     XML_StopParser(parser_, XML_FALSE);
   }
-  Place here() const { return file_.atLine(XML_GetCurrentLineNumber(parser_)); }
+  Place here() const { return file_.atLine(system::xmlLine(parser_)); }
 
   const InputFile& file_;
   XML_Parser parser_ = nullptr;

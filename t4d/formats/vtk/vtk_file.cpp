@@ -18,6 +18,7 @@
 
 #include "t4d/formats/text/base64.h"
 #include "t4d/formats/text/text_scanner.h"
+#include "t4d/system/xml_position.h"
 
 namespace t4d::formats {
 namespace {
@@ -157,7 +158,7 @@ class VtkParser {
     if (problem_) return *problem_;
     if (status != XML_STATUS_OK && !atAppended_) {
       return invalid(fmt::format("is not XML: {}", XML_ErrorString(XML_GetErrorCode(parser_))),
-                     file_.atLine(XML_GetCurrentLineNumber(parser_)));
+                     file_.atLine(system::xmlLine(parser_)));
     }
     if (!isRight_) return otherFile();
     if (atAppended_) {
@@ -187,7 +188,7 @@ class VtkParser {
   Error otherFile() const {
     return invalid(fmt::format("is not a VTKFile of type {}", nameOf(type_)), file_.path.string());
   }
-  Place here() const { return file_.atLine(XML_GetCurrentLineNumber(parser_)); }
+  Place here() const { return file_.atLine(system::xmlLine(parser_)); }
 
   void start(const std::string& name, Attributes& attributes) {
     if (problem_ || atAppended_) return;
@@ -201,7 +202,7 @@ class VtkParser {
       enter(name, &result_.fieldData_);
     } else if (name == "DataSet") {
       result_.dataSets_.push_back({attributes["timestep"], attributes["part"], attributes["file"],
-                                   XML_GetCurrentLineNumber(parser_)});
+                                   system::xmlLine(parser_)});
     } else if (name == "DataArray" || name == "Array") {
       startArray(attributes);
     } else if (name == "AppendedData") {
@@ -213,7 +214,7 @@ class VtkParser {
             here()));
       }
       atAppended_ = true;
-      appendedAt_ = static_cast<std::size_t>(XML_GetCurrentByteIndex(parser_));
+      appendedAt_ = system::xmlByte(parser_);
       XML_StopParser(parser_, XML_FALSE);
     } else if (!result_.pieces_.empty()) {
       VtkPiece& piece = result_.pieces_.back();

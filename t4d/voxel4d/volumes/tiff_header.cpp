@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/model/limits.h"
+#include "t4d/system/xml_position.h"
 #include "t4d/voxel4d/volumes/header_text.h"
 #include "t4d/voxel4d/volumes/headers.h"
 #include "t4d/voxel4d/volumes/tiff_file.h"
@@ -148,7 +149,7 @@ Result<OmeImage> parseOme(const std::string& text, const std::string& where) {
       nullptr);
   if (XML_Parse(parser.get(), text.data(), static_cast<int>(text.size()), 1) != XML_STATUS_OK) {
     return invalid(
-        fmt::format("its OME-XML is damaged in line {}: {}", XML_GetCurrentLineNumber(parser.get()),
+        fmt::format("its OME-XML is damaged in line {}: {}", system::xmlLine(parser.get()),
                     XML_ErrorString(XML_GetErrorCode(parser.get()))),
         where);
   }
