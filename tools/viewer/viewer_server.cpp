@@ -3,7 +3,6 @@
 #ifdef T4D_WITH_HTTPLIB
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
@@ -12,7 +11,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <httplib.h>
-#include <poll.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -71,82 +69,10 @@ class OpenFile {
 /// time, nobody waits long behind them. A thread that waits takes next to nothing.
 constexpr std::size_t kThreads = 512;
 constexpr std::chrono::seconds kSilence(1);
-/// Of a request, from its first byte to its last: nobody holds a thread with a byte now and then.
-constexpr std::chrono::seconds kRequestTime(1);
 /// Of a browser that does not read on.
 constexpr std::chrono::seconds kWriteTime(5);
 /// No request here has a body.
 constexpr std::size_t kMostBodyBytes = 1 << 16;
-
-/// The connection of a browser. httplib's own limits the time of each byte alone.
-class Connection : public httplib::Stream {
- public:
-  explicit Connection(socket_t socket) : socket_(socket) {}
-  Connection(const Connection&) = delete;
-  Connection& operator=(const Connection&) = delete;
-  ~Connection() override {
-    ::shutdown(socket_, SHUT_RDWR);
-    ::close(socket_);
-  }
-
-  /// Whether a request begins to arrive before the time of silence is over.
-  bool awaitRequest() {
-    if (begin_ == end_ && !isReady(POLLIN, kSilence)) return false;
-    deadline_ = Clock::now() + kRequestTime;
-    return true;
-  }
-  bool is_readable() const override {
-    return begin_ < end_ || isReady(POLLIN, deadline_ - Clock::now());
-  }
-  bool is_writable() const override { return isReady(POLLOUT, kWriteTime); }
-  ssize_t read(char* into, std::size_t size) override {
-    if (begin_ == end_) {
-      if (!is_readable()) return -1;
-      const ssize_t count = ::recv(socket_, buffer_.data(), buffer_.size(), 0);
-      if (count <= 0) return count;
-      begin_ = 0;
-      end_ = static_cast<std::size_t>(count);
-    }
-    const std::size_t count = std::min(size, end_ - begin_);
-    std::copy_n(buffer_.begin() + static_cast<std::ptrdiff_t>(begin_), count, into);
-    begin_ += count;
-    return static_cast<ssize_t>(count);
-  }
-  ssize_t write(const char* from, std::size_t size) override {
-    return is_writable() ? ::send(socket_, from, size, MSG_NOSIGNAL) : -1;
-  }
-  void get_remote_ip_and_port(std::string&, int&) const override {}
-  void get_local_ip_and_port(std::string&, int&) const override {}
-  socket_t socket() const override { return socket_; }
-
- private:
-  using Clock = std::chrono::steady_clock;
-  bool isReady(short events, Clock::duration within) const {
-    const auto left = std::chrono::ceil<std::chrono::milliseconds>(within).count();
-    pollfd waiting{socket_, events, 0};
-    return left > 0 && ::poll(&waiting, 1, static_cast<int>(left)) > 0;
-  }
-
-  socket_t socket_;
-  Clock::time_point deadline_;
-  std::array<char, 4096> buffer_{};
-  std::size_t begin_ = 0;  // of what is left in the buffer
-  std::size_t end_ = 0;
-};
-
-class Server : public httplib::Server {
-  bool process_and_close_socket(socket_t socket) override {
-    Connection connection(socket);
-    bool done = false;
-    bool closed = false;
-    for (std::size_t left = keep_alive_max_count_; left > 0 && !closed; --left) {
-      if (svr_sock_ == INVALID_SOCKET || !connection.awaitRequest()) break;
-      done = process_request(connection, left == 1, closed, nullptr);
-      if (!done) break;
-    }
-    return done;
-  }
-};
 
 /// Only pages of this server may read the files: a page elsewhere whose name was made to lead here
 /// (DNS rebinding) says another host.
@@ -189,7 +115,7 @@ bool canServe() { return true; }
 
 Result<void> serveViewer(const std::string& page, std::span<const ServedFile> files, int port,
                          const std::function<void(const std::string& url)>& onReady) {
-  Server server;
+  httplib::Server server;
   // Not SO_REUSEPORT, httplib's default: two servers would then share a port.
   int listening = -1;
   server.set_socket_options([&](int socket) {
@@ -198,6 +124,9 @@ Result<void> serveViewer(const std::string& page, std::span<const ServedFile> fi
     listening = socket;
   });
   server.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
+  server.set_keep_alive_timeout(kSilence.count());
+  server.set_read_timeout(kSilence);
+  server.set_write_timeout(kWriteTime);
   server.set_payload_max_length(kMostBodyBytes);
   std::vector<std::pair<std::string, OpenFile>> opened;
   for (const ServedFile& file : files) {
