@@ -45,9 +45,9 @@ struct Screw {
 struct Segment {
   double timeBegin = 0;
   double timeEnd = 0;
-  Pose start;   ///< from the input mesh to the start of this segment
-  Pose end;     ///< the next segment's `start`
-  Screw screw;  ///< in world coordinates, applied after `start`
+  Pose start = {};   ///< from the input mesh to the start of this segment
+  Pose end = {};     ///< the next segment's `start`
+  Screw screw = {};  ///< in world coordinates, applied after `start`
 
   /// The pose at a fraction of the segment: exactly `start` at 0 and `end` at 1.
   Pose at(double fraction) const;
@@ -57,9 +57,9 @@ struct Segment {
 /// short, so the poses do not determine the direction of the turn.
 struct HalfTurn {
   std::size_t pose = 0;  ///< the first of the two, counted from 0
-  TimeSpan time;
+  TimeSpan time = {};
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< of the turn taken, which is right-handed
-  std::string between;  ///< the two poses in the numbering of their file, "lines 3 and 4"
+  std::string between = {};  ///< the two poses in the numbering of their file, "lines 3 and 4"
 };
 
 /// Rotations by at least this angle count as half turns. Quaternions with three decimals are off by
@@ -71,10 +71,10 @@ std::string noticeOfHalfTurns(std::span<const HalfTurn> turns);
 
 /// A rigid motion: a sequence of screws without gaps.
 struct Motion {
-  std::vector<Segment> segments;    ///< at least one
-  std::vector<HalfTurn> halfTurns;  ///< between poses; the segments have the directions taken
-  std::string lengthUnit;           ///< "" if unknown
-  std::string timeUnit;
+  std::vector<Segment> segments = {};    ///< at least one
+  std::vector<HalfTurn> halfTurns = {};  ///< between poses; the segments have the directions taken
+  std::string lengthUnit = {};           ///< "" if unknown
+  std::string timeUnit = {};
 
   double timeBegin() const { return segments.front().timeBegin; }
   double timeEnd() const { return segments.back().timeEnd; }
@@ -88,7 +88,7 @@ inline constexpr std::uint64_t kMaxSegments = 1'000'000;
 /// `count` equal screws in sequence, each in world coordinates.
 struct ScrewRun {
   double duration = 0;  ///< of one screw; positive
-  Screw screw;
+  Screw screw = {};
   std::uint64_t count = 1;
 };
 

@@ -19,18 +19,18 @@ namespace t4d::formats {
 /// From this time on the spindle holds this tool, or none. 0 is the one without a number.
 struct Mounting {
   double time = 0;
-  std::optional<int> tool;
+  std::optional<int> tool = {};
 };
 
 /// How a cutting tool moves: its tip is the origin of the tool, which points along +z from there.
 struct ToolPath {
-  model::Motion motion;                 ///< in mm and s
-  std::vector<model::TimeSpan> rapids;  ///< moves that must not cut
+  model::Motion motion = {};                 ///< in mm and s
+  std::vector<model::TimeSpan> rapids = {};  ///< moves that must not cut
   /// In order of time; if empty, the one tool, which has no number, is mounted throughout.
-  std::vector<Mounting> mountings;
-  std::size_t moves = 0;             ///< in the file; an arc is one
-  std::size_t unknownMoves = 0;      ///< to places of the machine whose zero is not given
-  std::vector<std::string> notices;  ///< one sentence each
+  std::vector<Mounting> mountings = {};
+  std::size_t moves = 0;                  ///< in the file; an arc is one
+  std::size_t unknownMoves = 0;           ///< to places of the machine whose zero is not given
+  std::vector<std::string> notices = {};  ///< one sentence each
 };
 
 struct ToolPathOptions {
