@@ -186,7 +186,7 @@ class Bytes {
       stream.next_out = reinterpret_cast<Bytef*>(all.data() + before);
       stream.avail_out = kPart;
       state = ::inflate(&stream, Z_NO_FLUSH);
-      all.resize(all.size() - stream.avail_out);
+      all.erase(all.size() - stream.avail_out);
     }
     inflateEnd(&stream);
     if (state == Z_OK) {
@@ -381,7 +381,7 @@ template <std::size_t N>
 std::optional<std::array<double, N>> decimals(const DataSet& set, std::uint32_t tag) {
   const auto numbers = decimals(set, tag);
   if (numbers.size() != N) return std::nullopt;
-  std::array<double, N> all;
+  std::array<double, N> all{};
   std::ranges::copy(numbers, all.begin());
   return all;
 }
