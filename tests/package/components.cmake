@@ -1,0 +1,28 @@
+# Configures a project that uses t4d as a subdirectory, with all components and with each of them.
+# Nothing else of t4d may become part of it.
+cmake_minimum_required(VERSION 3.25)
+include(${settings})
+start()
+foreach(component IN LISTS components ITEMS all)
+  file(WRITE ${work_dir}/${component}/CMakeLists.txt "
+cmake_minimum_required(VERSION 3.25)
+project(uses_${component} LANGUAGES CXX)
+set(T4D_COMPONENTS ${component})
+set(T4D_WITH_TETGEN ${with_tetgen})
+add_subdirectory(${t4d_source} t4d)
+foreach(target t4d t4d-fixtures t4d_python model_test)
+  if(TARGET \${target})
+    message(FATAL_ERROR \"t4d added the target \${target}\")
+  endif()
+endforeach()
+file(WRITE main.cpp \"int main() {}\")
+add_executable(main main.cpp)
+if(\"${component}\" STREQUAL all)
+  target_link_libraries(main PRIVATE t4d::verbs t4d::conformance)
+else()
+  target_link_libraries(main PRIVATE t4d::${component})
+endif()
+")
+  run(${CMAKE_COMMAND} -S ${component} -B ${component}/build -G ${generator}
+    -D CMAKE_CXX_COMPILER=${compiler} "-DCMAKE_CXX_FLAGS=${flags}")
+endforeach()
