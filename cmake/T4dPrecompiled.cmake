@@ -31,26 +31,35 @@ function(t4d_precompile target set)
       target_link_libraries(${owner} PRIVATE GTest::gtest GTest::gmock)
     endif()
     t4d_own_code(${owner})
+    t4d_optimise_as(${owner} ${set})
+    t4d_position_as(${owner} ${set})
     if(set MATCHES "library")
       t4d_instrument(${owner})
-      t4d_optimise_as(${owner} ${set})
     else()
       t4d_compile_quickly(${owner})
     endif()
     target_precompile_headers(${owner} PRIVATE ${T4D_PRECOMPILED_${set}})
   endif()
   target_precompile_headers(${target} REUSE_FROM ${owner})
-  if(set MATCHES "library")  # the same flags
-    t4d_optimise_as(${target} ${set})
-    set_target_properties(${owner} ${target} PROPERTIES
-      POSITION_INDEPENDENT_CODE "${T4D_POSITION_INDEPENDENT}")
-  endif()
+  t4d_optimise_as(${target} ${set})
+  t4d_position_as(${target} ${set})
 endfunction()
 
 # The flags of a set of the library.
 function(t4d_optimise_as target set)
   if(set STREQUAL "library_o2")
     target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O2>)
+  endif()
+endfunction()
+
+# The same for all targets of a set: whether they may become part of a shared library.
+function(t4d_position_as target set)
+  if(set MATCHES "library")
+    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE "${T4D_POSITION_INDEPENDENT}")
+  elseif(T4D_ALL_POSITION_INDEPENDENT)
+    # Of programs, the property would ask for -fPIE.
+    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE OFF)
+    target_compile_options(${target} PRIVATE -fPIC)
   endif()
 endfunction()
 

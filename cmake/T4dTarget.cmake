@@ -42,21 +42,22 @@ endwhile()
 # t4d_add_library(<folder> SOURCES ... [PUBLIC ...] [PRIVATE ...] [BUILD_ONLY ...]
 #                 [PRECOMPILED <set>] [EACH_ALONE])
 #
-# One static library per folder of t4d/, with the alias t4d::<folder>. Its headers keep their paths
-# when installed: they are always included as "t4d/<folder>/<name>.h". BUILD_ONLY are header-only
+# One library per folder of t4d/, with the alias t4d::<folder>; static, or with BUILD_SHARED_LIBS
+# shared, of which every minor version has its own name. Its headers keep their paths when
+# installed: they are always included as "t4d/<folder>/<name>.h". BUILD_ONLY are header-only
 # libraries that users of the installed package do not need. With EACH_ALONE the sources are not
 # compiled together.
 function(t4d_add_library folder)
   cmake_parse_arguments(ARG "EACH_ALONE" "PRECOMPILED" "SOURCES;PUBLIC;PRIVATE;BUILD_ONLY" ${ARGN})
   set(target t4d_${folder})
-  add_library(${target} STATIC ${ARG_SOURCES})
+  add_library(${target} ${ARG_SOURCES})
   add_library(t4d::${folder} ALIAS ${target})
   set(needs ${t4d_${folder}_NEEDS})
   list(TRANSFORM needs PREPEND t4d::)
   set(headers ${T4D_INSTALLED_HEADERS})
   list(FILTER headers INCLUDE REGEX "^t4d/${folder}/")
   if(folder STREQUAL "model")
-    list(APPEND headers t4d/t4d.h)
+    list(APPEND headers t4d/t4d.h t4d/version.h)
   endif()
   list(TRANSFORM headers PREPEND ${PROJECT_SOURCE_DIR}/)
   target_sources(${target} PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR} FILES ${headers})
@@ -64,9 +65,15 @@ function(t4d_add_library folder)
   foreach(library IN LISTS ARG_BUILD_ONLY)
     target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:${library}>)
   endforeach()
-  set_target_properties(${target} PROPERTIES EXPORT_NAME ${folder})
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${folder}
+    VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+  if(BUILD_SHARED_LIBS)
+    # Side by side, so that they and the programs find them wherever they are installed.
+    set_target_properties(${target} PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}
+      INSTALL_RPATH "$ORIGIN")
+  endif()
   # The Python module and the program's t4d_openvdb are shared libraries. What shares its
-  # precompiled headers with the programs is not part of them.
+  # precompiled headers with the programs is not part of them: see t4d_precompile.
   if(NOT ARG_PRECOMPILED STREQUAL "tools")
     set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE "${T4D_POSITION_INDEPENDENT}")
   endif()

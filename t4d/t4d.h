@@ -3,6 +3,8 @@
 /// The library for programs that use it: the headers below, of the components that are installed.
 /// What these include is installed with them.
 
+#include "t4d/version.h"
+
 // 4D meshes in memory, motions.
 #include "t4d/model/flat_mesh.h"
 #include "t4d/model/motion.h"

@@ -38,6 +38,24 @@ set(flags "${flags} ${strict}")
 configure(project -D CMAKE_PREFIX_PATH=${prefix} -D CMAKE_BUILD_TYPE=)
 run(${CMAKE_COMMAND} --build build)
 
+# What is given to the library may be given by name, in part; and the library says its version.
+string(REPLACE "." ", " numbers ${version})
+file(WRITE ${work_dir}/named.cpp "#include <array>
+#include <t4d/version.h>
+#include <t4d/model/motion.h>
+#include <t4d/model/slab.h>
+using namespace t4d::model;
+ScrewRun run() { return {.duration = 4}; }
+Segment segment() { return {.timeBegin = 1}; }
+Motion motion() { return {.lengthUnit = \"mm\"}; }
+KeyPose pose() { return {.time = 1}; }
+Slab slab() { return {.timeEnd = 1}; }
+static_assert(std::array{T4D_VERSION_MAJOR, T4D_VERSION_MINOR, T4D_VERSION_PATCH} == std::array{${numbers}});
+")
+separate_arguments(warnings UNIX_COMMAND "${strict}")
+run(${compiler} -std=c++20 -fsyntax-only ${warnings} -I${prefix}/include -isystem
+  ${prefix}/include/t4d/third_party -isystem /usr/include/eigen3 named.cpp)
+
 # A Result that is ignored is a warning.
 file(WRITE ${work_dir}/ignored.cpp "#include <t4d/model/error.h>
 t4d::Result<void> work();

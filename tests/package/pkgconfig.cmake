@@ -1,0 +1,26 @@
+# Builds with what pkg-config says, without CMake: the consumer, and a program that holds all of the
+# library, so that nothing that it links is missing.
+cmake_minimum_required(VERSION 3.25)
+include(${settings})
+start()
+file(GLOB_RECURSE model ${prefix}/t4d-model.pc)
+cmake_path(GET model PARENT_PATH folder)
+set(ENV{PKG_CONFIG_PATH} ${folder})
+separate_arguments(flags UNIX_COMMAND "${flags}")
+function(flags_of variable)
+  run(pkg-config --cflags --libs ${ARGN})
+  separate_arguments(found UNIX_COMMAND "${run_output}")
+  set(${variable} ${found} PARENT_SCOPE)
+endfunction()
+
+flags_of(of_model t4d-model)
+run(${compiler} ${flags} -std=c++20 ${CMAKE_CURRENT_LIST_DIR}/consumer/consumer.cpp ${of_model} -o consumer)
+run(./consumer)
+if(NOT run_output MATCHES "5 vertices, 5 cells")
+  message(FATAL_ERROR "the consumer printed '${run_output}'")
+endif()
+
+list(TRANSFORM components PREPEND t4d- OUTPUT_VARIABLE all)
+flags_of(of_all ${all})
+file(WRITE ${work_dir}/main.cpp "int main() {}\n")
+run(${compiler} ${flags} main.cpp -Wl,--whole-archive ${of_all} -Wl,--no-whole-archive -o whole)
