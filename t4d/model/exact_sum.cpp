@@ -75,15 +75,17 @@ ExactSum::Factor ExactSum::Factor::difference(double a, double b) {
 
 void ExactSum::add(std::span<const Factor* const> factors, bool subtract) {
   assert(!factors.empty() && factors.size() <= 4);
-  std::array<double, 4> chosen = {1, 1, 1, 1};
-  const auto choose = [&](const auto& self, std::size_t index) -> void {
-    if (index == factors.size()) return addProduct(chosen, subtract);
-    for (const double part : *factors[index]) {
-      chosen[index] = part;
-      self(self, index + 1);
-    }
+  static const Factor one(1);
+  const auto factor = [&](std::size_t i) -> const Factor& {
+    return i < factors.size() ? *factors[i] : one;
   };
-  choose(choose, 0);
+  for (const double a : factor(0)) {
+    for (const double b : factor(1)) {
+      for (const double c : factor(2)) {
+        for (const double d : factor(3)) addProduct({a, b, c, d}, subtract);
+      }
+    }
+  }
 }
 
 void ExactSum::addProduct(const std::array<double, 4>& factors, bool subtract) {
