@@ -146,6 +146,7 @@ void scaleBack(Collision& collision, const model::UnitScale& space, const model:
   };
   if (collision.common) span(*collision.common);
   for (ContactInterval& interval : collision.intervals) {
+    span(interval.crossing);
     for (double* t :
          {&interval.begin, &interval.end, &interval.deepestTime, &interval.first.time}) {
       *t = time.fromUnit(*t);

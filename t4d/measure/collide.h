@@ -33,6 +33,9 @@ struct ContactInterval {
   /// Whether the interiors of the solids have common points at some time in it; if not, they only
   /// touch.
   bool overlaps = false;
+  /// A time in it during which the interiors certainly have common points, if that is known of any;
+  /// otherwise the whole interval.
+  model::TimeSpan crossing{0, 0};
   double deepestTime = 0;    ///< when the overlap is largest; `begin` if they only touch
   double overlapVolume = 0;  ///< the volume of the overlap then
   double volumeError = 0;    ///< an estimate of its error
@@ -60,9 +63,9 @@ struct CollideOptions {
   bool clearance = true;
   /// Find it for each part of the time between two layers of either solid, too.
   bool clearanceOverTime = false;
-  /// Find the largest overlap of each interval. Without this, deepestTime is the middle,
-  /// overlapVolume is not known, and intervals in which no two cells cross and no part of a solid
-  /// lies inside the other count as touching.
+  /// Find the largest overlap of each interval. Without this, deepestTime is the middle
+  /// of `crossing`, overlapVolume is not known, and intervals in which no two cells cross and no
+  /// part of a solid lies inside the other count as touching.
   bool overlapVolumes = true;
 };
 

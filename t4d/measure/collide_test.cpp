@@ -4,9 +4,11 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <random>
 #include <set>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -368,6 +370,88 @@ TEST(CollisionVerdict, DepthIsThatOfTheDeepestPointWhereverItLies) {
   ASSERT_TRUE(verdict);
   EXPECT_EQ(verdict->verdict, Verdict::Hit);
   EXPECT_NEAR(verdict->depth, 2.5 / (1 + std::sqrt(3)) - 0.5, 0.03 * 0.415);
+}
+
+/// Moves a mesh by one translation after another, each for its duration.
+Mesh movedAlong(const TriangleMesh& mesh, const std::vector<std::pair<double, Vector3d>>& moves) {
+  std::vector<model::ScrewRun> runs;
+  for (const auto& [duration, by] : moves) runs.push_back({duration, along(by), 1});
+  const auto motion = model::chainScrews(0, runs);
+  Mesh made;
+  EXPECT_TRUE(mesh4d::sweep(mesh, *motion, {.caps = mesh4d::CapMethod::Cone}, made));
+  return made;
+}
+
+TriangleMesh placed(TriangleMesh mesh, const Eigen::Isometry3d& place) {
+  for (auto& vertex : mesh.vertices) vertex = place * vertex;
+  return mesh;
+}
+
+TEST(CollisionVerdict, ATipThatDipsInAndLeavesIsAHitAsDeepAsItDips) {
+  // An octahedron above a table: its tip, whose section d below is a square of the area 2 d^2, goes
+  // down by `height` and `dip`, and up again.
+  std::mt19937 random(48);
+  const auto between = [&](double low, double high) {
+    return std::uniform_real_distribution(low, high)(random);
+  };
+  TriangleMesh table = fixtures::cube(4);
+  for (auto& vertex : table.vertices) vertex.z() = 0.1 * vertex.z() - 0.2;
+  const TriangleMesh tip = fixtures::translated(fixtures::bipyramid(4), {0, 0, 1});
+  for (int k = 1; k <= 6; ++k) {
+    for (int trial = 0; trial < 3; ++trial) {
+      const double dip = between(0.5, 1.5) * std::pow(10, -k);
+      const double height = between(0.05, 0.5);
+      const double down = between(0.1, 3);
+      const double up = between(0.1, 3);
+      SCOPED_TRACE(testing::Message() << "dip " << dip << " after " << down);
+      const Eigen::Isometry3d place =
+          Eigen::Translation3d(between(-5, 5), between(-5, 5), between(-5, 5)) *
+          Eigen::AngleAxisd(between(-3, 3), Vector3d(1, between(-1, 1), 0.3).normalized());
+      const Vector3d way = place.linear() * Vector3d(0, 0, height + dip);
+      const Vector3d start(between(-1.5, 1.5), between(-1.5, 1.5), height);
+      const Mesh a =
+          movedAlong(placed(fixtures::translated(tip, start), place), {{down, -way}, {up, way}});
+      const Mesh b = movedAlong(placed(table, place), {{down + up, {0, 0, 0}}});
+      const Collision found = collided(a, b);
+      ASSERT_EQ(found.intervals.size(), 1U);
+      const ContactInterval& interval = found.intervals[0];
+      EXPECT_TRUE(interval.overlaps);
+      const double part = dip / (height + dip);
+      EXPECT_NEAR(interval.begin, down * (1 - part), 1e-8 * down);
+      EXPECT_NEAR(interval.end, down + up * part, 1e-8 * up);
+      EXPECT_NEAR(interval.deepestTime, down, 1e-3 * part * (down + up));
+      const double volume = 2 * dip * dip * dip / 3;
+      EXPECT_NEAR(interval.overlapVolume, volume, 0.01 * volume);
+      const auto verdict = verdictOn(found, a, b);
+      ASSERT_TRUE(verdict);
+      EXPECT_EQ(verdict->verdict, Verdict::Hit);
+      // A point in both that is as far from the table's face as from the octahedron's, which are
+      // inclined by 1 / sqrt(3).
+      const double depth = dip / (1 + std::numbers::sqrt3);
+      EXPECT_LE(verdict->depth, depth * (1 + 1e-6));
+      EXPECT_GE(verdict->depth, depth / 1.03);
+      EXPECT_EQ(clearanceVerdict(found, *verdict, 0).answer, ClearanceVerdict::Answer::NotKept);
+    }
+  }
+}
+
+TEST(CollisionVerdict, AShortDipDuringALongTouchIsAHit) {
+  // A cube rests on another one, goes into it by 1e-4 and back within a hundredth of the time.
+  const double dip = 1e-4;
+  const Mesh a =
+      movedAlong(fixtures::translated(fixtures::cube(2), {0.5, 0.25, 2}),
+                 {{7, {0, 0, 0}}, {0.05, {0, 0, -dip}}, {0.05, {0, 0, dip}}, {2.9, {0.125, 0, 0}}});
+  const Mesh b = moved(fixtures::cube(2), along({0, 0, 0}), 10);
+  const Collision found = collided(a, b);
+  ASSERT_EQ(found.intervals.size(), 1U);
+  EXPECT_EQ(found.intervals[0].begin, 0);
+  EXPECT_EQ(found.intervals[0].end, 10);
+  EXPECT_NEAR(found.intervals[0].deepestTime, 7.05, 1e-4);
+  EXPECT_NEAR(found.intervals[0].overlapVolume, 1.5 * 1.75 * dip, 0.01 * dip);
+  const auto verdict = verdictOn(found, a, b);
+  ASSERT_TRUE(verdict);
+  EXPECT_EQ(verdict->verdict, Verdict::Hit);
+  EXPECT_NEAR(verdict->depth, dip / 2, 0.03 * dip);
 }
 
 /// A mesh whose slabs cannot be read.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 namespace t4d::measure {
 namespace {
@@ -12,6 +13,14 @@ std::array<std::uint64_t, 4> orderOf(const Contact& contact) {
   const CellNumber a = contact.a.value_or(kNone);
   const CellNumber b = contact.b.value_or(kNone);
   return {a.slab, a.cell, b.slab, b.cell};
+}
+
+/// The longer one, or the one that comes first.
+model::TimeSpan longer(const model::TimeSpan& p, const model::TimeSpan& q) {
+  const double ofP = p.end - p.begin;
+  const double ofQ = q.end - q.begin;
+  if (ofP != ofQ) return ofP > ofQ ? p : q;
+  return std::pair(p.begin, p.end) < std::pair(q.begin, q.end) ? p : q;
 }
 
 }  // namespace
@@ -34,6 +43,7 @@ void ContactStretches::add(const ContactStretch& stretch) {
       united.endKnown = to->endKnown;
     }
     united.overlaps = united.overlaps || to->overlaps;
+    united.crossing = longer(united.crossing, to->crossing);
   }
   if (from == to) {
     all_.insert(from, united);

@@ -14,6 +14,8 @@ struct ContactStretch {
   Contact first;  ///< at `begin`
   Contact last;   ///< at `end`; without a point
   bool overlaps = false;
+  /// A time in the stretch during which two cells cross; an instant if there is none.
+  model::TimeSpan crossing{0, 0};
   /// Whether `begin` and `end` are final: of slabs before, or rounded once.
   bool beginKnown = false;
   bool endKnown = false;

@@ -18,6 +18,7 @@ std::vector<ContactStretch> randomStretches(std::mt19937& random) {
     stretch.first.a = CellNumber{0, i};
     stretch.last.b = CellNumber{0, i};
     stretch.overlaps = random() % 2 == 0;
+    if (stretch.overlaps) stretch.crossing = {stretch.begin, stretch.end};
   }
   return stretches;
 }
@@ -45,6 +46,11 @@ TEST(ContactStretches, AreTheTimesThatWereAddedApartInAnyOrder) {
       EXPECT_EQ(each.overlaps, std::ranges::any_of(given, [&](const auto& one) {
                   return isPart(one) && one.overlaps;
                 }));
+      double longest = 0;
+      for (const ContactStretch& one : given) {
+        if (isPart(one) && one.overlaps) longest = std::max(longest, one.end - one.begin);
+      }
+      EXPECT_EQ(each.crossing.end - each.crossing.begin, longest);
       const ContactStretch& first = given[each.first.a->cell];
       const ContactStretch& last = given[each.last.b->cell];
       EXPECT_EQ(first.begin, each.begin);
@@ -58,6 +64,7 @@ TEST(ContactStretches, AreTheTimesThatWereAddedApartInAnyOrder) {
       EXPECT_EQ(shuffled.all()[i].begin, all[i].begin);
       EXPECT_EQ(shuffled.all()[i].end, all[i].end);
       EXPECT_EQ(shuffled.all()[i].overlaps, all[i].overlaps);
+      EXPECT_EQ(shuffled.all()[i].crossing.begin, all[i].crossing.begin);
       EXPECT_EQ(shuffled.all()[i].first.a->cell, all[i].first.a->cell);
       EXPECT_EQ(shuffled.all()[i].last.b->cell, all[i].last.b->cell);
     }

@@ -1,11 +1,13 @@
 #include "t4d/measure/overlap.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
+#include <numeric>
 #include <utility>
 
+#include "t4d/measure/overlap_depth.h"
 #include "t4d/measure/solid_difference.h"
+#include "t4d/model/times.h"
 #include "t4d/slice/light_slice.h"
 #include "t4d/slice/slice.h"
 
@@ -17,7 +19,8 @@ constexpr std::uint32_t kFine = 256;
 
 class Overlaps {
  public:
-  Overlaps(const model::Source& a, const model::Source& b) : a_(a), b_(b), lightA_(a), lightB_(b) {}
+  Overlaps(const model::Source& a, const model::Source& b)
+      : sourceA_(&a), sourceB_(&b), a_(a), b_(b), lightA_(a), lightB_(b) {}
 
   Result<SolidDifference> at(double time) const {
     const auto sliceA = a_.at(time);
@@ -40,20 +43,47 @@ class Overlaps {
     return found->volume;
   }
 
-  /// The volume of the smaller solid.
-  Result<double> smallerVolumeAt(double time) const {
+  /// Whether the interiors have common points then, beyond the rounding of coordinates.
+  Result<bool> isDeepAt(double time) const {
     const auto sliceA = a_.at(time);
     if (!sliceA) return sliceA.error();
     const auto sliceB = b_.at(time);
     if (!sliceB) return sliceB.error();
-    return std::min(std::abs(signedVolume(sliceA->mesh)), std::abs(signedVolume(sliceB->mesh)));
+    if (sliceA->mesh.triangles.empty() || sliceB->mesh.triangles.empty()) return false;
+    return OverlapDepth(sliceA->mesh, sliceB->mesh).greatest(0, 0, /*any=*/true) > 0;
+  }
+
+  /// Times that are looked at first: evenly spaced ones, those in which cells cross, and layers,
+  /// where motions change.
+  std::vector<double> timesIn(const ContactInterval& interval) const {
+    std::vector<double> times;
+    const model::TimeSpan whole{interval.begin, interval.end};
+    for (std::uint64_t k = 0; k <= kOverlapSamples; ++k) {
+      times.push_back(model::dividedTime(whole, k, kOverlapSamples));
+    }
+    const auto& [begin, end] = interval.crossing;
+    if (begin >= interval.begin && end <= interval.end) {
+      times.insert(times.end(), {begin, std::midpoint(begin, end), end});
+    }
+    for (const model::Source* source : {sourceA_, sourceB_}) {
+      std::vector<double> layers;
+      for (std::size_t i = 0; i < source->slabCount(); ++i) {
+        const double layer = source->timeSpan(i).end;
+        if (layer > interval.begin && layer < interval.end) layers.push_back(layer);
+      }
+      const std::size_t every = (layers.size() + kOverlapSamples - 1) / kOverlapSamples;
+      for (std::size_t i = 0; i < layers.size(); i += every) times.push_back(layers[i]);
+    }
+    std::ranges::sort(times);
+    times.erase(std::ranges::unique(times).begin(), times.end());
+    return times;
   }
 
   Result<void> measure(ContactInterval& interval) const {
     if (!interval.overlaps && interval.end == interval.begin) return {};
+    const std::vector<double> times = timesIn(interval);
     double best = interval.begin;
     double most = 0;
-    const double step = (interval.end - interval.begin) / kOverlapSamples;
     const auto sample = [&](double time) -> Result<double> {
       const auto found = volumeAt(time);
       if (found && *found > most) {
@@ -62,16 +92,15 @@ class Overlaps {
       }
       return found;
     };
-    for (int k = 0; k <= kOverlapSamples; ++k) {
-      const double time = k == kOverlapSamples ? interval.end : interval.begin + k * step;
+    for (const double time : times) {
       if (auto found = sample(time); !found) return found.error();
-      if (!(step > 0)) break;
     }
     // Golden sections; where the overlap has several maxima, about one of them.
     constexpr int kSections = 12;
     constexpr double kPart = 1 / std::numbers::phi;
-    double low = std::max(interval.begin, best - step);
-    double high = std::min(interval.end, best + step);
+    const auto at = std::ranges::find(times, best);
+    double low = at == times.begin() ? best : *(at - 1);
+    double high = at + 1 == times.end() ? best : *(at + 1);
     if (most > 0 && high > low) {
       double left = high - kPart * (high - low);
       double right = low + kPart * (high - low);
@@ -91,27 +120,27 @@ class Overlaps {
       if (!atLeft) return atLeft.error();
       if (!atRight) return atRight.error();
     }
-    const auto found = at(best);
-    if (!found) return found.error();
-    interval.deepestTime = best;
-    // Where no two cells cross, a part of one solid lies inside the other, or the solids only
-    // touch, and rounding leaves a film.
-    constexpr double kFilm = 1e-10;
     if (!interval.overlaps) {
-      const auto smaller = smallerVolumeAt(best);
-      if (!smaller) return smaller.error();
-      if (found->volume <= kFilm * *smaller) {
+      // No two cells cross: a part of one solid lies inside the other, or the solids only touch.
+      const auto isDeep = isDeepAt(best);
+      if (!isDeep) return isDeep.error();
+      if (!*isDeep) {
         interval.deepestTime = interval.begin;
         return {};
       }
     }
+    const auto found = this->at(best);
+    if (!found) return found.error();
     interval.overlaps = true;
+    interval.deepestTime = best;
     interval.overlapVolume = found->volume;
     interval.volumeError = found->error;
     return {};
   }
 
  private:
+  const model::Source* sourceA_;
+  const model::Source* sourceB_;
   slice::TimeSlicer a_;
   slice::TimeSlicer b_;
   slice::LightSlicer lightA_;

@@ -9,8 +9,9 @@ namespace t4d::measure {
 
 /// Sets the deepest time of each interval and the volume of the overlap then, and whether it
 /// overlaps if that was not known: cells that have faces in common do not cross, and yet what they
-/// bound may overlap. The largest overlap is sought from samples (kOverlapSamples of them, then
-/// golden sections about the largest), so it is a lower bound.
+/// bound may overlap. The largest overlap is sought from samples (kOverlapSamples of them, as
+/// many layers of each body, and ContactInterval::crossing, then golden sections about the
+/// largest), so it is a lower bound.
 Result<void> measureOverlaps(const model::Source& a, const model::Source& b,
                              std::span<ContactInterval> intervals);
 

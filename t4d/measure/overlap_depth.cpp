@@ -11,10 +11,15 @@ namespace t4d::measure {
 using model::Point3;
 
 OverlapDepth::OverlapDepth(const model::TriangleMesh& a, const model::TriangleMesh& b)
-    : treeA_(a), treeB_(b), windingA_(a), windingB_(b), common_(boundsOf(a)) {
+    : treeA_(a), treeB_(b), windingA_(a), windingB_(b), parts_(commonParts(a, b)) {
+  // The coordinates of both surfaces are rounded where they reach each other.
+  model::Bounds3 common = boundsOf(a);
   const model::Bounds3 other = boundsOf(b);
-  common_.min = common_.min.cwiseMax(other.min);
-  common_.max = common_.max.cwiseMin(other.max);
+  common.min = common.min.cwiseMax(other.min);
+  common.max = common.max.cwiseMin(other.max);
+  if (!common.empty()) {
+    largest_ = std::max(common.min.cwiseAbs().maxCoeff(), common.max.cwiseAbs().maxCoeff());
+  }
 }
 
 /// The lesser of the depths in the two solids, less a length for each; negative outside of one.
@@ -37,12 +42,10 @@ double OverlapDepth::at(const Point3& point, double lessA, double lessB, double 
 
 /// By branch and bound over boxes, those that may hold the most first.
 double OverlapDepth::greatest(double lessA, double lessB, bool any) const {
-  if (common_.empty()) return 0;
-  constexpr int kMostBoxes = 3'000;
+  constexpr int kMostBoxes = 3'000;  // besides one about each part
   constexpr double kEnough = 1.02;
   constexpr double kRounding = 64 * std::numeric_limits<double>::epsilon();
-  const double least =
-      kRounding * std::max(common_.min.cwiseAbs().maxCoeff(), common_.max.cwiseAbs().maxCoeff());
+  const double least = kRounding * largest_;
   struct Box {
     Point3 center;
     Point3 half;
@@ -56,9 +59,12 @@ double OverlapDepth::greatest(double lessA, double lessB, bool any) const {
     most = std::max(most, here);
     boxes.push({center, half, here + half.norm()});
   };
-  add((common_.min + common_.max) / 2, (common_.max - common_.min) / 2);
-  for (int count = 1; count < kMostBoxes && boxes.top().mostInIt > kEnough * most; count += 2) {
-    if (any && most > least) break;
+  for (const CommonPart& part : parts_) {
+    const auto& [low, high] = part.bounds;
+    add((low + high) / 2, (high - low) / 2);
+  }
+  for (int count = 0; count < kMostBoxes && !boxes.empty(); count += 2) {
+    if (!(boxes.top().mostInIt > kEnough * most) || (any && most > least)) break;
     Box box = boxes.top();
     boxes.pop();
     // Halved along its longest side.

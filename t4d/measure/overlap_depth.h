@@ -1,5 +1,8 @@
 #pragma once
 
+#include <vector>
+
+#include "t4d/measure/common_parts.h"
 #include "t4d/measure/triangle_tree.h"
 #include "t4d/measure/winding_number.h"
 #include "t4d/model/triangle_mesh.h"
@@ -23,7 +26,8 @@ class OverlapDepth {
   TriangleTree treeB_;
   WindingNumber windingA_;
   WindingNumber windingB_;
-  model::Bounds3 common_;
+  std::vector<CommonPart> parts_;
+  double largest_ = 0;  // coordinate of what both bounds have in common
 };
 
 }  // namespace t4d::measure

@@ -241,6 +241,7 @@ class WindowSearch {
       stretch.end = std::clamp(meeting->timeEnd, stretch.begin, span_.end);
       // Solids that have an instant in common only have no common interior.
       stretch.overlaps = (meeting->crosses || meeting->coincides) && lasts(span_);
+      if (stretch.overlaps) stretch.crossing = {stretch.begin, stretch.end};
       stretch.first = {stretch.begin, meeting->point, CellNumber{a_.number(), p.number},
                        CellNumber{b_.number(), q.number}};
       stretch.last = stretch.first;
@@ -453,6 +454,7 @@ void PairSearch::addInside(const SurfacePart& part, const LoadedSlab& side, bool
   stretch.begin = part.begin;
   stretch.end = part.end;
   stretch.overlaps = lasts(span);
+  if (stretch.overlaps) stretch.crossing = {part.begin, part.end};
   stretch.beginKnown = stretch.endKnown = true;
   stretch.first.time = part.begin;
   stretch.first.point = pointAt(side.slab(), part.cell, part.begin);
@@ -517,6 +519,7 @@ void PairSearch::finishBefore(double time) {
     interval.end = stretch.end;
     interval.first = stretch.first;
     interval.overlaps = stretch.overlaps;
+    interval.crossing = stretch.crossing;
     intervals_.push_back(interval);
   }
   open_ = std::move(left);
@@ -532,7 +535,11 @@ Result<Collision> PairSearch::finish() {
     collision.clearance = nearest_;
   }
   for (ContactInterval& interval : collision.intervals) {
-    interval.deepestTime = std::midpoint(interval.begin, interval.end);
+    // Ends of the interval were rounded once.
+    TimeSpan& crossing = interval.crossing;
+    crossing = {std::max(crossing.begin, interval.begin), std::min(crossing.end, interval.end)};
+    if (!lasts(crossing)) crossing = {interval.begin, interval.end};
+    interval.deepestTime = std::midpoint(interval.crossing.begin, interval.crossing.end);
   }
   if (options_.overlapVolumes) {
     auto measured = measureOverlaps(a_.source(), b_.source(), collision.intervals);

@@ -4,9 +4,11 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <span>
 #include <utility>
 #include <vector>
 
+#include "t4d/measure/common_parts.h"
 #include "t4d/model/no_index.h"
 #include "t4d/model/surface_components.h"
 #include "t4d/model/unit_scale.h"
@@ -65,19 +67,66 @@ Lattice latticeOver(const Bounds3& bounds, std::uint32_t resolution) {
   return lattice;
 }
 
+/// A rotation about a point.
+struct Turn {
+  Eigen::Matrix3d rotation;
+  Point3 middle;
+
+  Point3 operator()(const Point3& point) const { return rotation * (point - middle); }
+};
+
+/// The part of a line parallel to z that lies in a box, before a turn about a point.
+class BoxAlongLines {
+ public:
+  BoxAlongLines(const Bounds3& box, const Turn& turn)
+      : min_(box.min - turn.middle),
+        max_(box.max - turn.middle),
+        back_(turn.rotation.transpose()) {}
+
+  /// The length of z from `low` to `high` that is in it.
+  double lengthOf(double x, double y, double low, double high) const {
+    const Point3 start = back_ * Point3(x, y, 0);
+    for (int axis = 0; axis < 3; ++axis) {
+      // No line is parallel to a face: the rotations are askew.
+      const double p = (min_[axis] - start[axis]) / back_(axis, 2);
+      const double q = (max_[axis] - start[axis]) / back_(axis, 2);
+      low = std::max(low, std::min(p, q));
+      high = std::min(high, std::max(p, q));
+    }
+    return std::max(0.0, high - low);
+  }
+
+ private:
+  Point3 min_;
+  Point3 max_;
+  Eigen::Matrix3d back_;
+};
+
+std::vector<Point3> turned(std::span<const Point3> points, const Turn& turn) {
+  std::vector<Point3> all;
+  all.reserve(points.size());
+  for (const Point3& point : points) all.push_back(turn(point));
+  return all;
+}
+
 /// A mesh in the lattice's coordinates, with its triangles sorted into the rows they may meet.
 class Rows {
  public:
-  Rows(const TriangleMesh& mesh, const Lattice& lattice, const Eigen::Matrix3d& rotation,
-       const Point3& middle)
-      : mesh_(mesh), starts_(static_cast<std::size_t>(lattice.rows) + 1) {
-    points_.reserve(mesh.vertices.size());
-    for (const Point3& vertex : mesh.vertices) points_.push_back(rotation * (vertex - middle));
+  /// `points` are those of the mesh, turned.
+  Rows(const TriangleMesh& mesh, const std::vector<Point3>& points, const Lattice& lattice)
+      : mesh_(mesh), points_(points), starts_(static_cast<std::size_t>(lattice.rows) + 1) {
+    const double right = lattice.x(lattice.columns);
+    const double above = lattice.y(lattice.rows);
     const auto eachRow = [&](const Triangle& triangle, auto visit) {
-      const auto [low, high] = std::minmax(
-          {points_[triangle[0]].y(), points_[triangle[1]].y(), points_[triangle[2]].y()});
-      const std::int64_t end = std::min(lattice.rows, lattice.rowFrom(high) + 1);
-      for (std::int64_t row = std::max<std::int64_t>(0, lattice.rowFrom(low) - 1); row < end;
+      const Point3& a = points_[triangle[0]];
+      const Point3& b = points_[triangle[1]];
+      const Point3& c = points_[triangle[2]];
+      const auto [low, high] = std::minmax({a.y(), b.y(), c.y()});
+      const auto [left, end] = std::minmax({a.x(), b.x(), c.x()});
+      // No line goes through it.
+      if (high < lattice.y0 || low > above || end < lattice.x0 || left > right) return;
+      const std::int64_t last = std::min(lattice.rows, lattice.rowFrom(high) + 1);
+      for (std::int64_t row = std::max<std::int64_t>(0, lattice.rowFrom(low) - 1); row < last;
            ++row) {
         visit(static_cast<std::size_t>(row));
       }
@@ -139,7 +188,7 @@ class Rows {
 
  private:
   const TriangleMesh& mesh_;
-  std::vector<Point3> points_;
+  const std::vector<Point3>& points_;
   std::vector<std::size_t> starts_;       // start of each row in triangles_
   std::vector<std::uint32_t> triangles_;  // by row
 };
@@ -152,53 +201,30 @@ struct Hit {
 };
 
 /// What is integrated, of the winding numbers of a and b; 0 where both are 0.
-struct Integrand {
-  std::int64_t (*of)(std::int64_t a, std::int64_t b);
-  bool inBoth;  ///< it is 0 where either is 0
+using Integrand = std::int64_t (*)(std::int64_t a, std::int64_t b);
+
+std::int64_t inOne(std::int64_t a, std::int64_t b) { return std::abs(a - b); }
+std::int64_t inBoth(std::int64_t a, std::int64_t b) {
+  return std::max<std::int64_t>(0, std::min(a, b));
+}
+
+/// A mesh whose points were turned.
+struct Turned {
+  Turned(const TriangleMesh& given, const Turn& turn)
+      : mesh(given), points(turned(given.vertices, turn)) {}
+
+  const TriangleMesh& mesh;
+  std::vector<Point3> points;
 };
 
-constexpr Integrand kDifference = {[](std::int64_t a, std::int64_t b) { return std::abs(a - b); },
-                                   /*inBoth=*/false};
-constexpr Integrand kOverlap = {
-    [](std::int64_t a, std::int64_t b) { return std::max<std::int64_t>(0, std::min(a, b)); },
-    /*inBoth=*/true};
-
-/// The part that two bounds have in common, empty if they are apart.
-Bounds3 common(Bounds3 a, const Bounds3& b) {
-  a.min = a.min.cwiseMax(b.min);
-  a.max = a.max.cwiseMin(b.max);
-  return a;
-}
-
-/// Of all that the integrand is not 0 for, after the rotation.
-Bounds3 rotatedBounds(const TriangleMesh& a, const TriangleMesh& b, const Integrand& integrand,
-                      const Eigen::Matrix3d& rotation, const Point3& middle) {
-  std::array<Bounds3, 2> bounds;
-  for (const Point3& vertex : a.vertices) bounds[0].add(rotation * (vertex - middle));
-  for (const Point3& vertex : b.vertices) bounds[1].add(rotation * (vertex - middle));
-  if (!integrand.inBoth) {
-    bounds[0].add(bounds[1]);
-    return bounds[0];
-  }
-  const Bounds3 box = common(boundsOf(a), boundsOf(b));
-  Bounds3 corners;
-  for (unsigned k = 0; k < 8 && !box.empty(); ++k) {
-    const Point3 corner((k & 1U) != 0 ? box.max.x() : box.min.x(),
-                        (k & 2U) != 0 ? box.max.y() : box.min.y(),
-                        (k & 4U) != 0 ? box.max.z() : box.min.z());
-    corners.add(rotation * (corner - middle));
-  }
-  return common(common(bounds[0], bounds[1]), corners);
-}
-
-/// The integral along lines that are parallel to z after the rotation.
-double integrate(const TriangleMesh& a, const TriangleMesh& b, const Integrand& integrand,
-                 const Eigen::Matrix3d& rotation, const Point3& middle, std::uint32_t resolution) {
-  const Bounds3 bounds = rotatedBounds(a, b, integrand, rotation, middle);
+/// The integral along lines that are parallel to z and go through these bounds; with a box, of what
+/// is in it.
+double integrate(const Turned& a, const Turned& b, Integrand integrand, const Bounds3& bounds,
+                 std::uint32_t resolution, const BoxAlongLines* box = nullptr) {
   if (bounds.empty() || !((bounds.max - bounds.min).head<2>().maxCoeff() > 0)) return 0;
   const Lattice lattice = latticeOver(bounds, resolution);
-  const Rows rowsOfA(a, lattice, rotation, middle);
-  const Rows rowsOfB(b, lattice, rotation, middle);
+  const Rows rowsOfA(a.mesh, a.points, lattice);
+  const Rows rowsOfB(b.mesh, b.points, lattice);
   double sum = 0;
   std::vector<Hit> hits;
   for (std::int64_t row = 0; row < lattice.rows; ++row) {
@@ -218,8 +244,14 @@ double integrate(const TriangleMesh& a, const TriangleMesh& b, const Integrand& 
     for (std::size_t i = 0; i + 1 < hits.size(); ++i) {
       windingOfA += hits[i].turnOfA;
       windingOfB += hits[i].turnOfB;
-      const std::int64_t value = integrand.of(windingOfA, windingOfB);
-      if (value != 0) sum += static_cast<double>(value) * (hits[i + 1].z - hits[i].z);
+      const std::int64_t value = integrand(windingOfA, windingOfB);
+      if (value == 0) continue;
+      const double low = hits[i].z;
+      const double high = hits[i + 1].z;
+      const double length =
+          box == nullptr ? high - low
+                         : box->lengthOf(lattice.x(hits[i].column), lattice.y(row), low, high);
+      sum += static_cast<double>(value) * length;
     }
   }
   return sum * lattice.spacing * lattice.spacing;
@@ -312,52 +344,106 @@ std::vector<Group> groupsOf(const TriangleMesh& a, const TriangleMesh& b) {
   return result;
 }
 
-SolidDifference integralOf(const Group& group, const Integrand& integrand,
-                           std::uint32_t resolution) {
-  const Point3 middle = 0.5 * (group.bounds.min + group.bounds.max);
-  std::array<double, kTurns.size()> volumes{};
-  SolidDifference integral;
-  for (std::size_t i = 0; i < kTurns.size(); ++i) {
-    const Eigen::Matrix3d rotation = kTurns[i].normalized().toRotationMatrix();
-    volumes[i] = integrate(group.a, group.b, integrand, rotation, middle, resolution);
-    integral.volume += volumes[i] / static_cast<double>(kTurns.size());
-  }
-  for (const double volume : volumes) {
-    integral.error = std::max(integral.error, 2 * std::abs(volume - integral.volume));
-  }
-  return integral;
+Eigen::Matrix3d rotationOf(std::size_t turn) {
+  return kTurns[turn].normalized().toRotationMatrix();
 }
 
-Result<SolidDifference> integralOf(const TriangleMesh& a, const TriangleMesh& b,
-                                   const Integrand& integrand,
-                                   const SolidDifferenceOptions& options) {
+/// The mean of four integrals.
+SolidDifference meanOf(const std::array<double, kTurns.size()>& volumes) {
+  SolidDifference mean;
+  for (const double volume : volumes) mean.volume += volume / static_cast<double>(volumes.size());
+  for (const double volume : volumes) {
+    mean.error = std::max(mean.error, 2 * std::abs(volume - mean.volume));
+  }
+  return mean;
+}
+
+void add(const SolidDifference& part, SolidDifference& sum) {
+  sum.volume += part.volume;
+  sum.error += part.error;
+}
+
+Bounds3 boundsOfPoints(std::span<const Point3> points) {
+  Bounds3 bounds;
+  for (const Point3& point : points) bounds.add(point);
+  return bounds;
+}
+
+SolidDifference differenceIn(const Group& group, std::uint32_t resolution) {
+  std::array<double, kTurns.size()> volumes{};
+  for (std::size_t i = 0; i < volumes.size(); ++i) {
+    const Turn turn{rotationOf(i), 0.5 * (group.bounds.min + group.bounds.max)};
+    const Turned a(group.a, turn);
+    const Turned b(group.b, turn);
+    Bounds3 bounds = boundsOfPoints(a.points);
+    bounds.add(boundsOfPoints(b.points));
+    volumes[i] = integrate(a, b, inOne, bounds, resolution);
+  }
+  return meanOf(volumes);
+}
+
+SolidDifference differenceOf(const TriangleMesh& a, const TriangleMesh& b,
+                             const SolidDifferenceOptions& options) {
+  SolidDifference sum;
+  for (const Group& group : groupsOf(a, b)) add(differenceIn(group, options.resolution), sum);
+  return sum;
+}
+
+/// The bounds of a part, somewhat larger, and still apart from those of others.
+Bounds3 boxAbout(const CommonPart& part) {
+  const Point3 margin = (part.bounds.max - part.bounds.min) * (kLeastGapOfParts / 4);
+  return {part.bounds.min - margin, part.bounds.max + margin};
+}
+
+/// Each part has lattices of its own, which together have about as many lines as one.
+SolidDifference overlapOf(const TriangleMesh& a, const TriangleMesh& b,
+                          const SolidDifferenceOptions& options) {
+  constexpr double kLeastLines = 16;
+  const std::vector<CommonPart> parts = commonParts(a, b);
+  Bounds3 bounds;
+  for (const CommonPart& part : parts) bounds.add(part.bounds);
+  const double share = options.resolution / std::sqrt(static_cast<double>(parts.size()));
+  const auto resolution = static_cast<std::uint32_t>(std::max(kLeastLines, share));
+  std::vector<std::array<double, kTurns.size()>> volumes(parts.size());
+  for (std::size_t i = 0; i < kTurns.size() && !parts.empty(); ++i) {
+    const Turn turn{rotationOf(i), 0.5 * (bounds.min + bounds.max)};
+    const Turned turnedA(a, turn);
+    const Turned turnedB(b, turn);
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      const Bounds3 ofPart = boundsOfPoints(turned(parts[k].corners, turn));
+      const BoxAlongLines box(boxAbout(parts[k]), turn);
+      volumes[k][i] = integrate(turnedA, turnedB, inBoth, ofPart, resolution,
+                                parts.size() > 1 ? &box : nullptr);
+    }
+  }
+  SolidDifference sum;
+  for (const auto& ofPart : volumes) add(meanOf(ofPart), sum);
+  return sum;
+}
+
+using Measure = SolidDifference (*)(const TriangleMesh& a, const TriangleMesh& b,
+                                    const SolidDifferenceOptions& options);
+
+Result<SolidDifference> measuredInUnits(const TriangleMesh& a, const TriangleMesh& b,
+                                        Measure measure, const SolidDifferenceOptions& options) {
   if (!isClosed(a)) return invalid("the first surface is not closed: it bounds no solid");
   if (!isClosed(b)) return invalid("the second surface is not closed: it bounds no solid");
   const model::UnitScale scale = model::UnitScale::of({&a, &b});
-  if (scale.changes()) {
-    auto scaled = integralOf(scale.toUnit(a), scale.toUnit(b), integrand, options);
-    if (!scaled) return scaled;
-    return SolidDifference{scale.fromUnit(scaled->volume, 3), scale.fromUnit(scaled->error, 3)};
-  }
-  SolidDifference integral;
-  for (const Group& group : groupsOf(a, b)) {
-    const SolidDifference part = integralOf(group, integrand, options.resolution);
-    integral.volume += part.volume;
-    integral.error += part.error;
-  }
-  return integral;
+  if (!scale.changes()) return measure(a, b, options);
+  const SolidDifference scaled = measure(scale.toUnit(a), scale.toUnit(b), options);
+  return SolidDifference{scale.fromUnit(scaled.volume, 3), scale.fromUnit(scaled.error, 3)};
 }
 
 }  // namespace
 
 Result<SolidDifference> solidDifference(const TriangleMesh& a, const TriangleMesh& b,
                                         const SolidDifferenceOptions& options) {
-  return integralOf(a, b, kDifference, options);
+  return measuredInUnits(a, b, differenceOf, options);
 }
 
 Result<SolidDifference> solidOverlap(const TriangleMesh& a, const TriangleMesh& b,
                                      const SolidDifferenceOptions& options) {
-  return integralOf(a, b, kOverlap, options);
+  return measuredInUnits(a, b, overlapOf, options);
 }
 
 }  // namespace t4d::measure

@@ -36,7 +36,9 @@ Result<SolidDifference> solidDifference(const model::TriangleMesh& a, const mode
                                         const SolidDifferenceOptions& options = {});
 
 /// The volume of the points that lie in both solids: the integral of min(w_a, w_b) where that is
-/// positive, in the same way. Solids whose interiors have no common point give 0 up to rounding.
+/// positive, in the same way, but the lattices span what the solids have in common
+/// (common_parts.h): the error is a fraction of the volume, however small it is. Solids whose
+/// interiors have no common point give 0 up to rounding.
 Result<SolidDifference> solidOverlap(const model::TriangleMesh& a, const model::TriangleMesh& b,
                                      const SolidDifferenceOptions& options = {});
 

@@ -183,5 +183,99 @@ TEST(SolidDifference, OpenSurfacesAreRefused) {
   EXPECT_NE(solidDifference({}, open).error().message.find("second surface"), std::string::npos);
 }
 
+TriangleMesh turnedAtRandom(TriangleMesh mesh, std::uint32_t seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> number(-1, 1);
+  const Eigen::Quaterniond turn =
+      Eigen::Quaterniond(number(random), number(random), number(random), number(random))
+          .normalized();
+  const Point3 to(10 * number(random), 10 * number(random), 10 * number(random));
+  for (Point3& vertex : mesh.vertices) vertex = turn * vertex + to;
+  return mesh;
+}
+
+double overlapOf(const TriangleMesh& a, const TriangleMesh& b) {
+  const auto overlap = solidOverlap(a, b);
+  EXPECT_TRUE(overlap) << overlap.error().text();
+  return overlap ? overlap->volume : 0;
+}
+
+TEST(SolidOverlap, OfCornersIsTheirCubeHoweverSmall) {
+  const TriangleMesh cube = fixtures::cube(2);
+  for (std::uint32_t k = 1; k <= 9; ++k) {
+    const double side = 3 * std::pow(10, -double(k));
+    const TriangleMesh other = fixtures::translated(cube, Point3::Constant(2 - side));
+    const double volume = side * side * side;
+    // As far as coordinates can tell.
+    const double rounding = 1e-14 / side;
+    EXPECT_NEAR(overlapOf(cube, other), volume, (0.005 + rounding) * volume) << side;
+    EXPECT_NEAR(overlapOf(turnedAtRandom(cube, k), turnedAtRandom(other, k)), volume,
+                (0.005 + 10 * rounding) * volume)
+        << side;
+  }
+}
+
+TEST(SolidOverlap, OfSpheresIsTheirLensHoweverThin) {
+  // Two regular bodies of many faces, which meet face to face: the lens is two pyramids' tips.
+  const TriangleMesh sphere = fixtures::icosphere(1, 4);
+  for (const double thickness : {0.3, 0.1, 0.03}) {
+    const double lens = std::numbers::pi * thickness * thickness * (6 - thickness) / 12;
+    const TriangleMesh other = fixtures::translated(sphere, {0, 0, 2 - thickness});
+    EXPECT_NEAR(overlapOf(sphere, other), lens, 0.1 * lens) << thickness;
+  }
+}
+
+/// Octahedra whose tips are `depth` below the plane z = 0, at these places.
+TriangleMesh tipsBelow(double depth, const std::vector<Point3>& places) {
+  TriangleMesh all;
+  for (const Point3& place : places) {
+    all = together(all,
+                   fixtures::translated(fixtures::bipyramid(4), place + Point3(0, 0, 1 - depth)));
+  }
+  return all;
+}
+
+TriangleMesh tableBelow(double side) {
+  TriangleMesh table = fixtures::cube(side);
+  for (Point3& vertex : table.vertices) vertex.z() = vertex.z() < 0 ? -1 : 0;
+  return table;
+}
+
+TEST(SolidOverlap, OfTipsFarApartIsTheSumOfAllHoweverSmall) {
+  const TriangleMesh table = tableBelow(100);
+  const std::vector<Point3> places = {
+      {0, 0, 0}, {30, 0.5, 0}, {-20, 31, 0}, {-45, -40, 0}, {44, -13, 0}};
+  for (const double depth : {0.1, 1e-3, 1e-5}) {
+    const double volume = 5 * 2 * depth * depth * depth / 3;
+    EXPECT_NEAR(overlapOf(table, tipsBelow(depth, places)), volume, 0.02 * volume) << depth;
+  }
+}
+
+TEST(SolidOverlap, OfATipWithinAFaceThatTouchesIsThatOfTheTip) {
+  // A box stands on the table; the tip comes out of it below.
+  TriangleMesh box = fixtures::cube(4);
+  for (Point3& vertex : box.vertices) vertex.z() += 2;
+  for (const double depth : {0.1, 1e-3, 1e-5}) {
+    const double volume = 2 * depth * depth * depth / 3;
+    const TriangleMesh standing = together(box, tipsBelow(depth, {{0.7, -0.4, 0}}));
+    EXPECT_NEAR(overlapOf(tableBelow(20), standing), volume, 0.01 * volume) << depth;
+    EXPECT_NEAR(overlapOf(standing, tableBelow(20)), volume, 0.01 * volume) << depth;
+  }
+  EXPECT_EQ(overlapOf(tableBelow(20), box), 0);
+}
+
+TEST(SolidOverlap, OfSolidsWithCommonFacesIsTheSmallerOne) {
+  const TriangleMesh cube = fixtures::cube(2);
+  EXPECT_NEAR(overlapOf(cube, cube), 8, 0.05);
+  // In a corner of the other, and the same cube of other triangles.
+  const TriangleMesh large = fixtures::translated(fixtures::cube(4), {1, 1, 1});
+  EXPECT_NEAR(overlapOf(cube, large), 8, 0.05);
+  EXPECT_NEAR(overlapOf(large, fixtures::paperCube(2)), 8, 0.05);
+  EXPECT_NEAR(overlapOf(cube, fixtures::paperCube(2)), 8, 0.05);
+  // Inside, without a common point of the surfaces, and in a cavity.
+  EXPECT_NEAR(overlapOf(fixtures::cube(1e-4), cube), 1e-12, 1e-14);
+  EXPECT_EQ(overlapOf(fixtures::cube(1), fixtures::hollowCube(4, 2)), 0);
+}
+
 }  // namespace
 }  // namespace t4d::measure

@@ -32,6 +32,10 @@ class TriangleTree {
   /// nearer than that.
   double distanceFrom(const std::array<model::Point3, 3>& triangle, double most) const;
 
+  /// Calls visit(triangle) for all triangles whose boxes meet a box.
+  template <class Visit>
+  void forEachReaching(const model::Bounds3& box, const Visit& visit) const;
+
   /// Distance from a point to one triangle.
   double distanceTo(std::uint32_t triangle, const model::Point3& point) const;
 
@@ -57,5 +61,31 @@ class TriangleTree {
   std::vector<std::uint32_t> order_;
   std::vector<Node> nodes_;
 };
+
+template <class Visit>
+void TriangleTree::forEachReaching(const model::Bounds3& box, const Visit& visit) const {
+  const model::Bounds3 inUnit{scale_.toUnit(box.min), scale_.toUnit(box.max)};
+  const auto reaches = [&](const model::Bounds3& other) {
+    return (other.min.array() <= inUnit.max.array()).all() &&
+           (other.max.array() >= inUnit.min.array()).all();
+  };
+  std::vector<std::uint32_t> waiting = {0};
+  while (!waiting.empty()) {
+    const std::uint32_t index = waiting.back();
+    waiting.pop_back();
+    const Node& node = nodes_[index];
+    if (!reaches(node.bounds)) continue;
+    if (node.count == 0) {
+      waiting.push_back(node.first);
+      waiting.push_back(index + 1);
+      continue;
+    }
+    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+      model::Bounds3 own;
+      for (const model::Point3& corner : corners_[order_[i]]) own.add(corner);
+      if (reaches(own)) visit(order_[i]);
+    }
+  }
+}
 
 }  // namespace t4d::measure
