@@ -20,7 +20,10 @@ from clang.cindex import TypeKind as T
 from .mutant import ACTIVE, ORIGINAL, Edit, Mutant
 from .rooms import ROOT
 
-cindex.Config.set_library_file("/usr/lib/llvm-16/lib/libclang.so.1")
+# That of the version whose bindings tools/setup installs.
+cindex.Config.set_library_file(
+    next(str(library) for version in (16, 19, 18, 17)
+         if (library := Path(f"/usr/lib/llvm-{version}/lib/libclang.so.1")).exists()))
 
 RELATIONS = {"<": ("<=", ">="), "<=": ("<", ">"), ">": (">=", "<="), ">=": (">", "<"),
              "==": ("!=",), "!=": ("==",)}
