@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <cstdlib>
 #include <tuple>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -12,6 +14,39 @@ namespace {
 
 using model::Triangle;
 using model::TriangleMesh;
+
+/// The area that closes these edges: fans about the middle of each set of connected ones.
+double areaWithin(const TriangleMesh& mesh, const model::SurfaceEdges& edges,
+                  const std::vector<std::uint32_t>& rim) {
+  std::vector<std::uint32_t> corners;
+  for (const std::uint32_t e : rim) {
+    corners.push_back(edges.edges[e].low);
+    corners.push_back(edges.edges[e].high);
+  }
+  std::ranges::sort(corners);
+  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+  const auto numberOfCorner = [&](std::uint32_t vertex) {
+    return static_cast<std::uint32_t>(std::ranges::lower_bound(corners, vertex) - corners.begin());
+  };
+  model::UnionFind loops(corners.size());
+  for (const std::uint32_t e : rim) {
+    loops.unite(numberOfCorner(edges.edges[e].low), numberOfCorner(edges.edges[e].high));
+  }
+  std::vector<model::Point3> middles(corners.size(), model::Point3::Zero());
+  std::vector<int> counts(corners.size());
+  for (std::uint32_t i = 0; i < corners.size(); ++i) {
+    middles[loops.root(i)] += mesh.vertices[corners[i]];
+    ++counts[loops.root(i)];
+  }
+  double area = 0;
+  for (const std::uint32_t e : rim) {
+    const std::uint32_t loop = loops.root(numberOfCorner(edges.edges[e].low));
+    const model::Point3 middle = middles[loop] / counts[loop];
+    const model::Point3 low = mesh.vertices[edges.edges[e].low] - middle;
+    area += low.cross(mesh.vertices[edges.edges[e].high] - middle).norm() / 2;
+  }
+  return area;
+}
 
 /// Drops parts between edges with an odd number of triangles. Returns how many triangles.
 std::size_t dropStrayOnce(TriangleMesh& mesh) {
@@ -30,8 +65,10 @@ std::size_t dropStrayOnce(TriangleMesh& mesh) {
   struct Part {
     std::uint32_t root = 0;
     double area = 0;
-    bool touches = false;  // an edge of three or more
-    bool fits = true;      // all that it ends at has an odd number
+    bool touches = false;   // an edge of three or more
+    bool fits = true;       // all that it ends at has an odd number
+    bool isOpen = false;    // it ends at an edge of its own
+    std::int64_t gain = 0;  // how much better edges are balanced without it
     std::vector<std::uint32_t> ends;
   };
   std::vector<Part> all(mesh.triangles.size());
@@ -42,28 +79,40 @@ std::size_t dropStrayOnce(TriangleMesh& mesh) {
     part.area += areaOf(mesh, i);
     whole += areaOf(mesh, i);
   }
-  std::vector<std::uint32_t> roots;
+  std::vector<std::pair<std::uint32_t, int>> sides;  // their parts, and whether they go forward
   for (std::uint32_t e = 0; e < edges.edges.size(); ++e) {
     const model::EdgeSides& edge = edges.edges[e];
     if (countOf(edge) == 2) continue;
-    roots.clear();
+    sides.clear();
+    int balance = 0;
     for (std::uint32_t i = edge.begin; i < edge.end; ++i) {
-      roots.push_back(parts.root(edges.sides[i] / 3));
+      sides.emplace_back(parts.root(edges.sides[i] / 3), isForward(mesh, edges.sides[i]) ? 1 : -1);
+      balance += sides.back().second;
     }
-    std::ranges::sort(roots);
-    for (auto at = roots.begin(); at != roots.end();) {
-      const auto end = std::upper_bound(at, roots.end(), *at);
-      if ((end - at) % 2 != 0) {
-        Part& part = all[*at];
-        part.touches |= countOf(edge) > 2;
-        part.fits &= isOdd(edge);
-        part.ends.push_back(e);
+    std::ranges::sort(sides);
+    for (std::size_t at = 0; at < sides.size();) {
+      const std::size_t begin = at;
+      Part& part = all[sides[at].first];
+      int own = 0;
+      for (; at < sides.size() && sides[at].first == sides[begin].first; ++at) {
+        own += sides[at].second;
       }
-      at = end;
+      if ((at - begin) % 2 == 0) continue;
+      part.touches |= countOf(edge) > 2;
+      part.fits &= isOdd(edge);
+      part.isOpen |= countOf(edge) == 1;
+      part.gain += std::abs(balance) - std::abs(balance - own);
+      part.ends.push_back(e);
     }
   }
-  std::erase_if(
-      all, [&](const Part& part) { return !part.touches || !part.fits || part.area > whole / 2; });
+  // A fin or a wall closes its own rim. What has much more area is a solid with a hole there. A
+  // wall that is missed at its edges is a face in which another triangle is missing.
+  constexpr double kOfRim = 2;
+  std::erase_if(all, [&](const Part& part) {
+    return !part.touches || !part.fits || part.area > whole / 2 ||
+           (!part.isOpen && part.gain < 0) ||
+           part.area > kOfRim * areaWithin(mesh, edges, part.ends);
+  });
   std::ranges::sort(all, [](const Part& a, const Part& b) {
     return std::tie(a.area, a.root) < std::tie(b.area, b.root);
   });

@@ -324,7 +324,7 @@ Result<Envelope> exactly(const Silhouette& silhouette, const EnvelopeOptions& op
   weldVertices(mesh, 0);
   std::erase_if(mesh.triangles, hasTwice);
   dropUnusedVertices(mesh);
-  if (auto taken = takeOuterSurface(mesh, /*nested=*/true, changes); !taken) {
+  if (auto taken = takeOuterSurface(mesh, /*always=*/true, changes); !taken) {
     Error error = taken.error();
     error.message = "the exact envelope cannot be made: " + error.message;
     error.remedy = Remedy::None;

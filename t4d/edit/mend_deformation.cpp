@@ -10,7 +10,6 @@
 #include "t4d/edit/surface_crossings.h"
 #include "t4d/measure/surface_distance.h"
 #include "t4d/model/surface_check.h"
-#include "t4d/model/surface_edges.h"
 
 namespace t4d::edit {
 namespace {
@@ -81,10 +80,11 @@ std::vector<MergedPair> mergedPairs(const TriangleMesh& before, const TriangleMe
 /// Fails unless the surface bounds a solid as it is.
 Result<void> checkNothingToMove(const TriangleMesh& mesh, bool nested) {
   constexpr const char* kWhy = "mending that would move vertices, which it cannot at every key";
-  if (nested)
-    return invalid(fmt::format("components lie inside others at the first key; {}", kWhy));
   if (auto closed = model::checkClosedSurface(mesh); !closed) {
     return invalid(fmt::format("{}; {}", closed.error().message, kWhy));
+  }
+  if (nested) {
+    return invalid(fmt::format("components lie inside others at the first key; {}", kWhy));
   }
   if (!findsCrossings()) return {};
   constexpr std::size_t kCounted = 1000;
@@ -105,14 +105,14 @@ Result<MendSurfaceReport> mendDeformation(TriangleMesh& mesh,
   if (auto read = keys->positions(0, before.vertices); !read) return read.error();
   if (auto checked = checkElements(before); !checked) return checked.error();
   MendSurfaceReport report;
-  if (isClosed(before)) report.volumeBefore = signedVolume(before);
   TriangleMesh work = before;
   weld(work, options.weld, report.changes);
   auto merged = mergedPairs(before, work, options.weld);
-  dropDuplicates(work, report.changes);
+  const TriangleMesh welded = work;
+  measureBefore(welded, report);
+  if (auto dropped = dropDuplicates(work, report.changes); !dropped) return dropped.error();
   const model::UnitScale scale = model::UnitScale::of({&work});
   if (scale.changes()) work = scale.toUnit(work);
-  if (work.triangles.empty()) return invalid("no triangle has three different corners");
   dropStray(work, report.changes);
   auto kept = dropUnusedVertices(work);
   auto done = orient(work, report.changes);
@@ -124,13 +124,13 @@ Result<MendSurfaceReport> mendDeformation(TriangleMesh& mesh,
   }
   const bool nested = faceOutward(work, report.changes);
   if (auto good = checkNothingToMove(work, nested); !good) return good.error();
-  report.components = componentsOf(work, matesOf(work, model::edgesOf(work.triangles))).size();
+  report.components = componentsOf(work).size();
   for (std::size_t i = 0; i < kept.size(); ++i) work.vertices[i] = before.vertices[kept[i]];
   if (!report.changes.empty()) {
     constexpr double kTolerance = 1e-4;
     report.hausdorff = measure::surfaceDistance(before, work, kTolerance).hausdorff();
   }
-  report.volumeAfter = signedVolume(work);
+  measureAfter(welded, work, options, report);
   report.closed = report.manifold = true;
   if (findsCrossings()) report.selfIntersections = 0;
   keys = std::make_unique<KeysOfSome>(std::move(keys), mesh.vertices.size(), std::move(kept),

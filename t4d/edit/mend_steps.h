@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -34,6 +35,13 @@ inline bool hasTwice(const model::Triangle& triangle) {
 /// Fails for a mesh without triangles, indices out of range and coordinates that are not finite.
 Result<void> checkElements(const model::TriangleMesh& mesh);
 
+/// Measures the input, with merged vertices and otherwise as it is given.
+void measureBefore(const model::TriangleMesh& welded, MendSurfaceReport& report);
+
+/// Measures the result, whose changes and Hausdorff distance are known.
+void measureAfter(const model::TriangleMesh& welded, const model::TriangleMesh& mended,
+                  const MendSurfaceOptions& options, MendSurfaceReport& report);
+
 // weld_surface.cpp
 
 /// Merges vertices within `tolerance` of each other along each axis, and chains of such vertices,
@@ -46,8 +54,14 @@ std::vector<std::uint32_t> dropUnusedVertices(model::TriangleMesh& mesh);
 /// Calls weldVertices, and adds it to the changes.
 void weld(model::TriangleMesh& mesh, double tolerance, Changes& changes);
 
-/// Drops triangles with a corner twice. Of triangles with the same corners, keeps the first.
-void dropDuplicates(model::TriangleMesh& mesh, Changes& changes);
+// drop_duplicates.cpp
+
+/// Drops triangles with a corner twice. Of triangles with the same corners, keeps as many as make
+/// the surface traverse the edges around them equally often in both directions: none where solids
+/// meet back to back and in sheets with two sides, one where a triangle is given again, several
+/// where solids overlap and share a face. Keeps the first where no number does that.
+/// Fails if no triangle is left.
+Result<void> dropDuplicates(model::TriangleMesh& mesh, Changes& changes);
 
 // drop_stray.cpp
 
@@ -56,19 +70,29 @@ void dropStray(model::TriangleMesh& mesh, Changes& changes);
 
 // orient_surface.cpp
 
-/// Turns triangles so that neighbours agree. Fails if that is impossible.
+/// Turns triangles until those that are `mates` (model::matesOf) agree: in each connected part
+/// those with less area. Returns how many, or nothing if there is no way.
+std::optional<std::size_t> turnToAgree(model::TriangleMesh& mesh,
+                                       const std::vector<std::uint32_t>& mates);
+
+/// Turns triangles so that neighbours agree. A connected part that traverses each edge of several
+/// triangles equally often in both directions is not changed. Elsewhere orientations spread across
+/// edges of two triangles alone; at the others, parts between such edges are turned as a whole if
+/// that balances more edges. Fails if a part has only one side.
 Result<void> orient(model::TriangleMesh& mesh, Changes& changes);
 
-/// Triangles connected across edges.
+/// Triangles of a closed mesh that are closed by themselves: connected across edges of two
+/// triangles, and at edges of more with the parts that are open there.
 struct Component {
   std::vector<std::uint32_t> triangles;
   double volume = 0;
 };
-std::vector<Component> componentsOf(const model::TriangleMesh& mesh,
-                                    const std::vector<std::uint32_t>& mates);
+std::vector<Component> componentsOf(const model::TriangleMesh& mesh);
 
 /// Turns components that enclose a negative volume and are not inside another one. Returns true if
-/// the components are then nested in any other way than solids with cavities.
+/// the outer surface must be taken even if no triangles cross: the components are nested in any
+/// other way than solids with cavities, or edges have more than two triangles, between which
+/// solids may overlap.
 bool faceOutward(model::TriangleMesh& mesh, Changes& changes);
 
 // close_holes.cpp
@@ -79,9 +103,9 @@ Result<void> fillHoles(model::TriangleMesh& mesh, const MendSurfaceOptions& opti
 
 // take_outer_surface.cpp
 
-/// Takes the outer surface if triangles cross, or if components are nested. The result is closed,
+/// Takes the outer surface if triangles cross, or in any case if `always`. The result is closed,
 /// but may touch itself. A build without CGAL does not look for crossings.
-Result<void> takeOuterSurface(model::TriangleMesh& mesh, bool nested, Changes& changes);
+Result<void> takeOuterSurface(model::TriangleMesh& mesh, bool always, Changes& changes);
 
 // take_apart.cpp
 
@@ -91,5 +115,13 @@ Result<bool> isSound(const model::TriangleMesh& mesh);
 
 /// Separates parts that touch each other.
 Result<void> takeApart(model::TriangleMesh& mesh, Changes& changes);
+
+// lost_surface.cpp
+
+/// The triangles of `before` that have points outside of the solid `after`, farther than
+/// `tolerance` from its surface. Triangles within the solid separate nothing, so nothing is lost
+/// with them.
+LostSurface lostSurface(const model::TriangleMesh& before, const model::TriangleMesh& after,
+                        double tolerance);
 
 }  // namespace t4d::edit

@@ -93,6 +93,14 @@ Result<void> measureMove(const TriangleMesh& before, const TriangleMesh& after,
       {}, Remedy::MaxMove);
 }
 
+model::Bounds3 boundsOfTriangles(const TriangleMesh& mesh) {
+  model::Bounds3 bounds;
+  for (const Triangle& triangle : mesh.triangles) {
+    for (const std::uint32_t corner : triangle) bounds.add(mesh.vertices[corner]);
+  }
+  return bounds;
+}
+
 }  // namespace
 
 Result<void> checkElements(const TriangleMesh& mesh) {
@@ -120,6 +128,28 @@ double areaOf(const TriangleMesh& mesh, std::uint32_t triangle) {
   const auto& [a, b, c] = mesh.triangles[triangle];
   const Point3& p = mesh.vertices[a];
   return (mesh.vertices[b] - p).cross(mesh.vertices[c] - p).norm() / 2;
+}
+
+void measureBefore(const TriangleMesh& welded, MendSurfaceReport& report) {
+  if (isClosed(welded)) report.volumeBefore = signedVolume(welded);
+  report.boundsBefore = boundsOfTriangles(welded);
+}
+
+void measureAfter(const TriangleMesh& welded, const TriangleMesh& mended,
+                  const MendSurfaceOptions& options, MendSurfaceReport& report) {
+  report.volumeAfter = signedVolume(mended);
+  report.boundsAfter = boundsOfTriangles(mended);
+  const double diagonal = (report.boundsBefore.max - report.boundsBefore.min).stableNorm();
+  // As far as takeApart moves vertices, twice for rounding; and the diagonal of the box in which
+  // vertices are merged.
+  constexpr double kOfDiagonal = 2e-5;
+  double tolerance = kOfDiagonal * diagonal + std::sqrt(3.0) * options.weld;
+  const bool remeshed = std::ranges::any_of(report.changes, [](const SurfaceChange& change) {
+    return change.kind == SurfaceFault::Remeshed;
+  });
+  constexpr double kVoxels = 2;  // a new surface is within 1.8 of the given one
+  if (remeshed) tolerance += kVoxels * *options.remesh;
+  if (report.hausdorff > tolerance) report.lost = lostSurface(welded, mended, tolerance);
 }
 
 const char* nameOf(SurfaceFault kind) {
@@ -150,13 +180,11 @@ Result<MendSurfaceReport> mendSurface(TriangleMesh& mesh, const MendSurfaceOptio
                                       const model::Progress& progress) {
   if (auto checked = checkElements(mesh); !checked) return checked.error();
   MendSurfaceReport report;
-  if (isClosed(mesh)) report.volumeBefore = signedVolume(mesh);
-  TriangleMesh work;
-  work.vertices = mesh.vertices;
-  work.triangles = mesh.triangles;
+  TriangleMesh work{mesh.vertices, mesh.triangles, {}};
   weld(work, options.weld, report.changes);
-  dropDuplicates(work, report.changes);
-  if (work.triangles.empty()) return invalid("no triangle has three different corners");
+  const TriangleMesh welded = work;
+  measureBefore(welded, report);
+  if (auto dropped = dropDuplicates(work, report.changes); !dropped) return dropped.error();
   const model::UnitScale scale = model::UnitScale::of({&work});
   if (scale.changes()) work = scale.toUnit(work);
   dropStray(work, report.changes);
@@ -175,12 +203,12 @@ Result<MendSurfaceReport> mendSurface(TriangleMesh& mesh, const MendSurfaceOptio
     if (!sound) return sound.error();
     if (!*sound) return fail(ErrorCode::Failed, "the new surface has faults");
   }
-  report.components = componentsOf(work, matesOf(work, model::edgesOf(work.triangles))).size();
+  report.components = componentsOf(work).size();
   for (Point3& vertex : work.vertices) vertex = scale.fromUnit(vertex);
   if (!report.changes.empty()) {
     if (auto near = measureMove(mesh, work, options, report); !near) return near.error();
   }
-  report.volumeAfter = signedVolume(work);
+  measureAfter(welded, work, options, report);
   report.closed = true;
   report.manifold = true;
   if (findsCrossings()) report.selfIntersections = 0;

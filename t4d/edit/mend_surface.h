@@ -44,13 +44,25 @@ struct SurfaceChange {
 /// The word for a kind in JSON.
 const char* nameOf(SurfaceFault kind);
 
+/// What the input had outside of the mended solid: fins, sheets, parts that were inside out.
+struct LostSurface {
+  std::uint64_t triangles = 0;  ///< of the input that reach out of the solid
+  double distance = 0;          ///< how far they do, in length units
+};
+
 struct MendSurfaceReport {
   std::vector<SurfaceChange> changes;
   /// The Hausdorff distance between the surfaces before and after, in length units. It may be too
   /// small by a ten-thousandth of their diagonal.
   double hausdorff = 0;
-  std::optional<double> volumeBefore;  ///< nothing if the input was open
+  /// The volume that the input encloses, what overlaps counted again; nothing if it was open.
+  std::optional<double> volumeBefore = {};
   double volumeAfter = 0;
+  model::Bounds3 boundsBefore = {};  ///< of triangles, without unused vertices
+  model::Bounds3 boundsAfter = {};
+  /// What was dropped outside of the result, farther from it than mending moves a surface: 1e-5 of
+  /// the diagonal, the distance of `weld`, two voxels of `remesh` where that was needed.
+  LostSurface lost = {};
   // Properties of the result. Always true if mendSurface succeeds.
   bool closed = false;
   bool manifold = false;
@@ -61,14 +73,17 @@ struct MendSurfaceReport {
 
 /// Changes a surface so that it bounds a solid: closed, manifold, facing outward, without
 /// self-intersections and flat triangles, also after equal vertices are merged. In this order:
-/// 1. merges vertices; drops triangles that this collapses, and all but one of equal triangles;
+/// 1. merges vertices; drops triangles that this collapses, and equal triangles: both where solids
+///    meet back to back and in sheets with two sides, all but one where one is given again;
 /// 2. drops stray parts: where an odd number of triangles, three or more, meet at edges, the
 ///    smallest part between such edges whose removal leaves no fewer than two at each;
-/// 3. turns triangles so that neighbours agree; in each component, those with less area in total;
+/// 3. turns triangles so that neighbours agree; in each component, those with less area in total.
+///    Nothing is turned where each edge is traversed equally often in both directions;
 /// 4. fills holes, without new vertices;
 /// 5. turns components that enclose a negative volume and are not inside another one;
-/// 6. takes the outer surface where triangles cross, overlap, touch or are flat, and where
-///    components are nested without being cavities;
+/// 6. takes the outer surface, the boundary of where the winding number is 1 or more, if triangles
+///    cross, overlap, touch or are flat, if edges have more than two triangles, and if components
+///    are nested without being cavities;
 /// 7. separates parts that touch at vertices and edges: each copy of a vertex moves into its solid,
 ///    or in another direction if that leaves fewer crossings, by a hundred-thousandth of the
 ///    diagonal or a tenth of its shortest edge if that is less.

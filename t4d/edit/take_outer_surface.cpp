@@ -21,8 +21,8 @@ constexpr int kMostCuts = 8;
 
 }  // namespace
 
-Result<void> takeOuterSurface(TriangleMesh& mesh, bool nested, Changes& changes) {
-  if (!findsCrossings() && !nested) return {};
+Result<void> takeOuterSurface(TriangleMesh& mesh, bool always, Changes& changes) {
+  if (!findsCrossings() && !always) return {};
   const model::Bounds3 bounds = boundsOf(mesh);
   const double size = std::max(bounds.max.cwiseAbs().maxCoeff(), bounds.min.cwiseAbs().maxCoeff());
   std::size_t pairs = 0;
@@ -35,7 +35,7 @@ Result<void> takeOuterSurface(TriangleMesh& mesh, bool nested, Changes& changes)
       pairs = crossings->pairs.size();
       flat = crossings->flat.size();
     }
-    if (crossings->none() && !(nested && round == 0)) break;
+    if (crossings->none() && !(always && round == 0)) break;
     if (!crossings->complete || round == kMostCuts) {
       return fail(ErrorCode::Unsupported,
                   crossings->complete
@@ -49,6 +49,7 @@ Result<void> takeOuterSurface(TriangleMesh& mesh, bool nested, Changes& changes)
       return fail(ErrorCode::Unsupported, "the surface encloses nothing", {}, Remedy::Remesh);
     }
     if (round == 0) dropped = outer->dropped;
+    if (crossings->none() && dropped == 0) break;  // it is the outer one as it is
     mesh = std::move(outer->mesh);
     // First the rounding alone; then vertices that are as near as rounding may move them, more each
     // time.
@@ -62,10 +63,9 @@ Result<void> takeOuterSurface(TriangleMesh& mesh, bool nested, Changes& changes)
          fmt::format("took the outer surface where {} met: {} within it dropped",
                      numberOf(pairs, "pair of triangles", "pairs of triangles"),
                      numberOf(dropped, "piece", "pieces")));
-  } else if (nested) {
+  } else {
     note(changes, SurfaceFault::Crossing, dropped,
-         fmt::format("dropped {} of components inside others",
-                     numberOf(dropped, "triangle", "triangles")));
+         fmt::format("dropped {} inside the solid", numberOf(dropped, "triangle", "triangles")));
   }
   note(changes, SurfaceFault::Duplicate, flat,
        fmt::format("dropped {} without area", numberOf(flat, "triangle", "triangles")));

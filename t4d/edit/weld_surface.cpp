@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <numeric>
-#include <tuple>
 
 #include <fmt/format.h>
 
@@ -69,38 +68,6 @@ void weld(TriangleMesh& mesh, double tolerance, Changes& changes) {
            ? fmt::format("merged {} within {} of others", numberOf(merged, "vertex", "vertices"),
                          tolerance)
            : fmt::format("merged {} equal to others", numberOf(merged, "vertex", "vertices")));
-}
-
-void dropDuplicates(TriangleMesh& mesh, Changes& changes) {
-  const std::size_t collapsed = std::erase_if(mesh.triangles, hasTwice);
-  struct Keyed {
-    Triangle corners;
-    std::uint32_t triangle;
-  };
-  std::vector<Keyed> keyed;
-  keyed.reserve(mesh.triangles.size());
-  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
-    Triangle corners = mesh.triangles[i];
-    std::ranges::sort(corners);
-    keyed.push_back({corners, i});
-  }
-  std::ranges::sort(keyed, [](const Keyed& a, const Keyed& b) {
-    return std::tie(a.corners, a.triangle) < std::tie(b.corners, b.triangle);
-  });
-  std::vector<bool> again(mesh.triangles.size());
-  std::size_t duplicates = 0;
-  for (std::size_t i = 1; i < keyed.size(); ++i) {
-    if (keyed[i].corners != keyed[i - 1].corners) continue;
-    again[keyed[i].triangle] = true;
-    ++duplicates;
-  }
-  std::size_t at = 0;
-  std::erase_if(mesh.triangles, [&](const Triangle&) { return again[at++]; });
-  note(changes, SurfaceFault::Duplicate, collapsed,
-       fmt::format("dropped {} with a corner twice", numberOf(collapsed, "triangle", "triangles")));
-  note(changes, SurfaceFault::Duplicate, duplicates,
-       fmt::format("dropped {} with the corners of another one",
-                   numberOf(duplicates, "triangle", "triangles")));
 }
 
 }  // namespace t4d::edit
