@@ -231,6 +231,52 @@ TEST(Folds, LargeTurnsFoldSliversOnly) {
   }
 }
 
+TEST(Folds, SliversThatRestOrMoveHaveNone) {
+  // An octahedron with a corner on an edge of its base, or off it by so much, at places far from
+  // the origin; positions are keys, so that no pose tells that the solid only moves.
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> number(-1, 1);
+  for (int trial = 0; trial < 300; ++trial) {
+    TriangleMesh solid = fixtures::paperCube(2);
+    const double width = std::pow(10, -17 + 0.05 * trial);
+    // The middle of a face goes to one of its edges.
+    for (Point3& p : solid.vertices) {
+      if (p.cwiseAbs().sum() == 1 && p.x() == 1) p.y() = 1 - width;
+    }
+    const Eigen::Matrix3d turn =
+        Eigen::Quaterniond(number(random), number(random), number(random), 1.1)
+            .normalized()
+            .toRotationMatrix();
+    const Point3 place = 10 * Point3(number(random), number(random), number(random));
+    for (Point3& p : solid.vertices) p = turn * p + place;
+    const Point3 way = 100 * Point3(number(random), number(random), number(random));
+    EXPECT_EQ(sweptTo(solid, [](const Point3& p) { return p; })->foldedPrisms, 0U) << width;
+    EXPECT_EQ(sweptTo(solid, [&](const Point3& p) -> Point3 { return p + way; })->foldedPrisms, 0U)
+        << width;
+  }
+}
+
+TEST(Folds, OfPosesAreThoseOfTheWholeSolid) {
+  using Turn = Eigen::AngleAxisd;
+  const auto poseOf = [](const Eigen::Matrix3d& linear) {
+    model::Affine3x4 pose = model::Affine3x4::Zero();
+    pose.leftCols<3>() = linear;
+    pose.col(3) = Point3(5, 6, 7);
+    return pose;
+  };
+  const model::Affine3x4 rest = poseOf(Eigen::Matrix3d::Identity());
+  const Point3 axis = Point3(1, -2, 0.5).normalized();
+  for (const double degrees : {0.0, 5.0, 60.0, 119.0}) {
+    const Eigen::Matrix3d turn = Turn(degrees * M_PI / 180, axis).toRotationMatrix();
+    EXPECT_TRUE(foldsNowhere(rest, poseOf(turn))) << degrees;
+    EXPECT_TRUE(foldsNowhere(rest, poseOf(1e-3 * turn))) << degrees;
+    EXPECT_TRUE(foldsNowhere(poseOf(-turn), poseOf(-Eigen::Matrix3d::Identity()))) << degrees;
+  }
+  EXPECT_FALSE(foldsNowhere(rest, poseOf(Turn(M_PI, axis).toRotationMatrix())));
+  EXPECT_FALSE(foldsNowhere(rest, poseOf(-0.5 * Eigen::Matrix3d::Identity())));
+  EXPECT_FALSE(foldsNowhere(rest, poseOf(Eigen::Matrix3d::Zero())));
+}
+
 TEST(Folds, OfSeveralStepsAreCountedTogether) {
   const TriangleMesh solid = fixtures::icosphere(2, 1);
   std::vector<StoredKeys::Key> keys;

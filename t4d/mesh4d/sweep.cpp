@@ -334,8 +334,15 @@ class Sweeper {
     into = slab.vertices.data() + slab.connectivity->firstUpper();
     for (const Point3& position : *step.upper) *into++ << position, slab.timeEnd;
     setMeans(*slab.connectivity, slab.vertices);
-    if (lookForFolds) step.fold = foldOf(mesh_, slab);
+    if (lookForFolds && !movesOnly(step.number)) step.fold = foldOf(mesh_, slab);
     step.prepared = sink_.prepare(slab);
+  }
+
+  /// Whether a step leads from a pose to a pose by way of which no solid turns over.
+  bool movesOnly(std::uint64_t step) const {
+    const auto from = keys_.pose(step);
+    const auto to = keys_.pose(step + 1);
+    return from && to && foldsNowhere(*from, *to);
   }
 
   Result<void> takeStep(const Step& step, bool lookForFolds) {

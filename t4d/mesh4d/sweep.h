@@ -93,6 +93,7 @@ Result<SweepReport> sweep(const model::TriangleMesh& mesh, const model::Motion& 
 /// duration dt encloses exactly the hypervolume dt (V(P) + 4 V((P + Q) / 2) + V(Q)) / 6. Slices may
 /// still cross themselves. Therefore each step is searched for folded prisms (folds.h) and, unless
 /// it leads from a pose to a pose, for triangles that meet (step_crossings.h). Both are reported.
+/// From a pose to a pose, folds are sought only if the solid as a whole may turn over.
 ///
 /// `mesh` must satisfy the requirements of the sweep along a motion; `options.steps` is not used. A
 /// mesh that is inside out at the first key is flipped, with a notice. At a key with a pose, the
