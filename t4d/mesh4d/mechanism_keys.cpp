@@ -81,8 +81,8 @@ struct Worst {
 class Stepper {
  public:
   Stepper(const model::Mechanism& mechanism, std::span<const LinkSolid> solids,
-          const StepRule& rule, PrismSplit split)
-      : mechanism_(mechanism), solids_(solids), rule_(rule) {
+          const StepRule& rule, PrismSplit split, std::optional<std::uint64_t> most)
+      : mechanism_(mechanism), solids_(solids), rule_(rule), givenMost_(most) {
     edgeFactor_ = split == PrismSplit::Fourteen ? model::kEdgeFactorOf14 : model::kEdgeFactorOf3;
     for (const LinkSolid& solid : solids) extents_.push_back(extentOf(solid));
     bounds_.resize(solids.size());
@@ -96,6 +96,7 @@ class Stepper {
       const auto more = mechanism_.knots(solids_[i].link);
       knots.insert(more.begin(), more.end());
     }
+    most_ = givenMost_.value_or(kMostMechanismSteps + knots.size());
     std::vector<double> times = {span.begin};
     for (auto knot = std::next(knots.begin()); knot != knots.end(); ++knot) {
       if (auto divided = divide(which, {times.back(), *knot}, times); !divided) {
@@ -119,8 +120,10 @@ class Stepper {
     if (const auto* fixed = std::get_if<StepsPerSegment>(&rule_)) {
       steps = std::max(steps, static_cast<double>(fixed->steps));
     }
+    steps = std::max(steps, leastSteps(which, span));
+    const auto before = static_cast<double>(times.size() - 1);
     while (true) {
-      if (!(steps <= static_cast<double>(kMostLayers - times.size()))) return tooMany();
+      if (!(before + steps <= static_cast<double>(most_))) return tooMany(before + steps);
       const auto count = static_cast<std::uint64_t>(steps);
       std::vector<double> bounds(solids_.size(), 0);
       const double share = shareOf(worstOf(which, span, count, bounds));
@@ -137,6 +140,28 @@ class Stepper {
       if (time > times.back()) times.push_back(time);
     }
     return {};
+  }
+
+  /// A number that is never too large, so that steps need not grow up to it, nor beyond what is
+  /// allowed: bounds of whole steps are no smaller than those of instants in them.
+  double leastSteps(std::span<const std::size_t> which, const model::TimeSpan& span) const {
+    const auto* deviation = std::get_if<MaxDeviation>(&rule_);
+    if (deviation == nullptr) return 1;
+    constexpr std::uint64_t kInstants = 8;
+    constexpr double kRounding = 1e-6;
+    double largest = 0;
+    for (std::uint64_t i = 0; i < kInstants; ++i) {
+      const double time = model::dividedTime(span, 2 * i + 1, 2 * kInstants);
+      for (const std::size_t solid : which) {
+        for (const Point3& corner : extents_[solid].corners) {
+          largest = std::max(
+              largest, accelerationBound(mechanism_, solids_[solid].link, corner, {time, time}));
+        }
+      }
+    }
+    const double duration = span.end - span.begin;
+    const double steps = duration * std::sqrt(largest / 8 / deviation->length);
+    return std::max(1.0, std::floor(steps * (1 - kRounding)));
   }
 
   /// By which factor steps must become shorter; 1 or more if they may be as long as they are.
@@ -203,16 +228,18 @@ class Stepper {
     return worst;
   }
 
-  static Error tooMany() {
-    return invalid(fmt::format("the mechanism needs more than {} layers; allow larger steps, or "
-                               "shorten the motion",
-                               kMostLayers),
+  Error tooMany(double steps) const {
+    return invalid(fmt::format("the mechanism needs {:.4g} steps or more, at most {} are possible; "
+                               "allow larger steps, or shorten the motion",
+                               steps, most_),
                    {}, Remedy::StepRule);
   }
 
   const model::Mechanism& mechanism_;
   std::span<const LinkSolid> solids_;
   const StepRule& rule_;
+  std::optional<std::uint64_t> givenMost_;
+  std::uint64_t most_ = 0;
   double edgeFactor_ = 0;
   std::vector<Extent> extents_;
   std::vector<double> bounds_;
@@ -222,7 +249,8 @@ class Stepper {
 
 Result<std::vector<LinkKeys>> mechanismKeys(const model::Mechanism& mechanism,
                                             std::span<const LinkSolid> solids, const StepRule& rule,
-                                            PrismSplit split, bool common) {
+                                            PrismSplit split, bool common,
+                                            std::optional<std::uint64_t> most) {
   if (auto good = checkRule(rule); !good) return good.error();
   const auto span = mechanism.span();
   if (!span) return invalid("nothing moves: give a body a motion", {}, Remedy::Motion);
@@ -230,7 +258,7 @@ Result<std::vector<LinkKeys>> mechanismKeys(const model::Mechanism& mechanism,
   for (std::size_t i = 0; i < solids.size(); ++i) {
     if (mechanism.moves(solids[i].link)) moving.push_back(i);
   }
-  Stepper stepper(mechanism, solids, rule, split);
+  Stepper stepper(mechanism, solids, rule, split, most);
   using Times = std::shared_ptr<const std::vector<double>>;
   std::vector<Times> times(solids.size(), std::make_shared<const std::vector<double>>(
                                               std::vector<double>{span->begin, span->end}));

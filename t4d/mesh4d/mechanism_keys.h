@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -41,12 +43,15 @@ struct LinkKeys {
 /// model::edgeDeviation says of the layers.
 ///
 /// `mechanism` must outlive the keys, and have a span; so must the meshes. Fails for a rule that
-/// stepsOf refuses, and for more than kMostLayers.
+/// stepsOf refuses, and for more steps than `most` or, without that, than kMostMechanismSteps and
+/// those that the times of the motions ask for.
 Result<std::vector<LinkKeys>> mechanismKeys(const model::Mechanism& mechanism,
                                             std::span<const LinkSolid> solids, const StepRule& rule,
-                                            PrismSplit split, bool common);
+                                            PrismSplit split, bool common,
+                                            std::optional<std::uint64_t> most = {});
 
-/// The maximum number of layers of a solid.
-inline constexpr std::uint64_t kMostLayers = 1'000'000;
+/// The most steps of a solid between the times at which motions change. More take minutes: a wrong
+/// unit, or a link far from its axis.
+inline constexpr std::uint64_t kMostMechanismSteps = 100'000;
 
 }  // namespace t4d::mesh4d

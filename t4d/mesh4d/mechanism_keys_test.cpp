@@ -150,9 +150,37 @@ TEST(MechanismKeys, RefusesWhatCannotBeSwept) {
   };
   EXPECT_NE(errorOf(MinVolumeRatio{}).find("nothing moves"), std::string::npos);
   mechanism = robot();
-  EXPECT_NE(errorOf(MaxDeviation{1e-12}).find("more than 1000000 layers"), std::string::npos);
+  EXPECT_NE(errorOf(MaxDeviation{1e-12}).find("at most 1000"), std::string::npos);
   EXPECT_NE(errorOf(MaxDeviation{0}).find("must be a positive length"), std::string::npos);
-  EXPECT_NE(errorOf(StepsPerSegment{2'000'000}).find("layers"), std::string::npos);
+  EXPECT_NE(errorOf(StepsPerSegment{2'000'000}).find("2e+06 steps or more"), std::string::npos);
+}
+
+TEST(MechanismKeys, StepsAreAsManyAsAreAllowed) {
+  // A link far from its axis needs as many steps as the root of its distance; what is beyond is
+  // refused without going through them.
+  const model::Joint joint{model::Joint::Type::Revolute, {0, 0, 0}, {0, 0, 1}};
+  model::Mechanism mechanism;
+  mechanism.links = {{"arm", Link::kWorld, moved(joint, {0, 1}, {0, 90})}};
+  for (const double distance : {1e2, 1e4, 1e8, 1e15, 1e60}) {
+    const model::TriangleMesh cube =
+        fixtures::translated(fixtures::cube(2), {distance, distance, 0});
+    const LinkSolid solid{&cube, 0};
+    const auto countWith = [&](std::optional<std::uint64_t> most) -> std::uint64_t {
+      const auto keys = mechanismKeys(mechanism, {&solid, 1}, MaxDeviation{0.01},
+                                      PrismSplit::Fourteen, true, most);
+      return keys ? (*keys)[0].keys->count() - 1 : 0;
+    };
+    const std::uint64_t count = countWith(std::nullopt);
+    // r (1 - cos(angle / 2)) of the farthest corner, and what edges add.
+    const double least = std::numbers::pi / 4 * std::sqrt(std::sqrt(2) * distance / 0.02);
+    if (least > kMostMechanismSteps) {
+      EXPECT_EQ(count, 0U) << distance;
+      continue;
+    }
+    EXPECT_GE(double(count), least) << distance;
+    EXPECT_EQ(countWith(count), count);
+    EXPECT_EQ(countWith(count - 1), 0U);
+  }
 }
 
 }  // namespace

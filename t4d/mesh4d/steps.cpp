@@ -30,17 +30,17 @@ double stepsFor(const StepRule& rule, double angleDegrees, const model::Chords& 
   return more ? steps + 1 : steps;
 }
 
-/// A deviation that kMaxSteps can keep, rounded up to two digits; nothing if there is none.
+/// A deviation that so many steps can keep, rounded up to two digits; nothing if there is none.
 std::optional<double> possibleDeviation(const model::Motion& motion,
-                                        std::span<const model::Chords> chords) {
+                                        std::span<const model::Chords> chords, std::uint64_t most) {
   double degrees = 0;
   for (const model::Segment& segment : motion.segments) {
     degrees += std::abs(segment.screw.angleDegrees);
   }
   // Each segment may have two steps more, by rounding up.
-  const double radians = degrees / model::kDegreesPerRadian /
-                         static_cast<double>(kMaxSteps - 2 * motion.segments.size());
-  if (!(radians <= std::numbers::pi)) return std::nullopt;
+  const double left = static_cast<double>(most) - 2 * static_cast<double>(motion.segments.size());
+  const double radians = degrees / model::kDegreesPerRadian / left;
+  if (!(left > 0 && radians <= std::numbers::pi)) return std::nullopt;
   double deviation = 0;
   for (const model::Chords& one : chords) deviation = std::max(deviation, one.forAngle(radians));
   const double digit = std::pow(10, std::floor(std::log10(deviation)) - 1);
@@ -98,7 +98,8 @@ std::vector<model::Chords> chordsOf(const model::Motion& motion, const model::Tr
 }
 
 Result<std::vector<std::uint64_t>> stepsOf(const model::Motion& motion, const StepRule& rule,
-                                           std::span<const model::Chords> chords) {
+                                           std::span<const model::Chords> chords,
+                                           std::uint64_t most) {
   if (auto checked = checkRule(rule); !checked) return checked.error();
   std::vector<std::uint64_t> counts;
   counts.reserve(motion.segments.size());
@@ -113,13 +114,13 @@ Result<std::vector<std::uint64_t>> stepsOf(const model::Motion& motion, const St
       steps = std::max(1.0, stepsFor(rule, degrees, here));
     }
     total += steps;
-    if (!(total <= static_cast<double>(kMaxSteps))) {
+    if (!(total <= static_cast<double>(most))) {
       const auto possible = std::holds_alternative<MaxDeviation>(rule)
-                                ? possibleDeviation(motion, chords)
+                                ? possibleDeviation(motion, chords, most)
                                 : std::nullopt;
       return invalid(
           fmt::format("the motion needs {:.4g} steps or more, at most {} are possible; {}", total,
-                      kMaxSteps,
+                      most,
                       possible ? fmt::format("a deviation of {:.2g} is possible", *possible)
                                : "allow larger steps, or shorten the motion"),
           {}, Remedy::StepRule);

@@ -31,7 +31,7 @@ struct MaxDeviation {
 
 using StepRule = std::variant<MinVolumeRatio, StepsPerSegment, MaxDeviation>;
 
-/// The maximum number of steps of a motion.
+/// The maximum number of steps of a motion, if no other is given.
 inline constexpr std::uint64_t kMaxSteps = 100'000'000;
 
 /// For each segment, the numbers that bound the deviation of its steps: the largest distance of a
@@ -42,9 +42,10 @@ std::vector<model::Chords> chordsOf(const model::Motion& motion, const model::Tr
 /// The number of steps of each segment: at least 1, and enough that no step turns by more than half
 /// a turn (unless StepsPerSegment asks for it). `chords` is the result of chordsOf; only
 /// MaxDeviation uses it. Fails for a ratio outside [0, 1), zero steps, a deviation that is not
-/// positive, and more than kMaxSteps steps.
+/// positive, and more than `most` steps.
 Result<std::vector<std::uint64_t>> stepsOf(const model::Motion& motion, const StepRule& rule,
-                                           std::span<const model::Chords> chords = {});
+                                           std::span<const model::Chords> chords = {},
+                                           std::uint64_t most = kMaxSteps);
 
 /// Fails for a ratio outside [0, 1), zero steps and a deviation that is not positive.
 Result<void> checkRule(const StepRule& rule);

@@ -501,7 +501,7 @@ Result<SweepReport> sweep(const TriangleMesh& mesh, const model::Motion& motion,
   if (!flipped) return flipped.error();
   const TriangleMesh& solid = *flipped ? **flipped : mesh;
   const auto chords = chordsOf(motion, solid, options.prism);
-  const auto steps = stepsOf(motion, options.steps, chords);
+  const auto steps = stepsOf(motion, options.steps, chords, options.maxSteps);
   if (!steps) return steps.error();
   auto report = Sweeper(solid, MotionKeys(solid, motion, *steps), options, sink, progress)
                     .run(false, isGivenByPoses(motion, *steps));

@@ -23,6 +23,7 @@ struct SweepOptions {
   StepRule steps = MinVolumeRatio{};  ///< for motions; unused for keys, which define the steps
   CapMethod caps = CapMethod::TetGen;
   PrismSplit prism = PrismSplit::Fourteen;
+  std::uint64_t maxSteps = kMaxSteps;  ///< for motions
   /// The part of the sweep to make. Parts have about the same number of steps. Only the first has
   /// the start cap, and only the last the end cap; all parts together are the sweep.
   model::Part part = {};

@@ -40,6 +40,23 @@ formats::BodyInfo solidInfo(const formats::LoadedMechanism& mechanism, std::size
   return info;
 }
 
+/// Says before the work which body has the most steps, if they are so many that it takes long.
+void noteManySteps(const formats::LoadedMechanism& mechanism,
+                   const std::vector<mesh4d::LinkKeys>& keys, Observer& observer) {
+  constexpr std::uint64_t kMany = 10'000;
+  std::uint64_t most = 0;
+  std::size_t body = 0;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    if (keys[i].keys->count() - 1 <= most) continue;
+    most = keys[i].keys->count() - 1;
+    body = i;
+  }
+  if (most < kMany) return;
+  observer.note(fmt::format("body '{}' has {} steps, between {} times of its motion",
+                            mechanism.solids[body].name, most,
+                            mechanism.mechanism.knots(mechanism.solids[body].link).size()));
+}
+
 }  // namespace
 
 Result<MechanismBodies> readMechanismBodies(const MechanismInput& input, Observer& observer) {
@@ -63,11 +80,12 @@ Result<MechanismBodies> readMechanismBodies(const MechanismInput& input, Observe
     solids.push_back({&solid.mesh, solid.link, solid.place});
   }
   auto keys = mesh4d::mechanismKeys(mechanism->mechanism, solids, input.steps, input.prism,
-                                    !input.ownSteps);
+                                    !input.ownSteps, input.maxSteps);
   if (!keys) {
     if (keys.error().where.empty()) keys.error().where = input.path;
     return keys.error();
   }
+  noteManySteps(*mechanism, *keys, observer);
   for (std::size_t i = 0; i < solids.size(); ++i) {
     formats::AnimatedBody body{mechanism->solids[i].name, mechanism->solids[i].mesh, {}};
     body.runs.push_back(std::move((*keys)[i].keys));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,6 +12,7 @@
 #include "t4d/formats/t4d/metadata.h"
 #include "t4d/mesh4d/prism.h"
 #include "t4d/mesh4d/steps.h"
+#include "t4d/verbs/mending.h"
 #include "t4d/verbs/observer.h"
 
 namespace t4d::verbs {
@@ -28,6 +30,7 @@ struct MechanismInput {
   mesh4d::PrismSplit prism = mesh4d::PrismSplit::Fourteen;
   bool ownSteps = false;                                 ///< of each body, and not common ones
   std::optional<edit::MendSurfaceOptions> mending = {};  ///< nothing: solids as they are
+  std::optional<std::uint64_t> maxSteps = {};            ///< as mesh4d::mechanismKeys
 };
 
 struct MechanismBodies {
@@ -36,10 +39,11 @@ struct MechanismBodies {
   std::vector<formats::BodyInfo> infos = {};  ///< of each body
   double chordBound = 0;                      ///< in length units, of all bodies
   std::vector<std::string> files = {};        ///< all that were read
-  std::optional<edit::MendSurfaceReport> mended = {};
+  std::vector<MendedBody> mended = {};        ///< empty if none was to be mended
 };
 
-/// Reads a mechanism. The observer gets its notices.
+/// Reads a mechanism. The observer gets its notices. If several solids cannot be mended, the error
+/// has those of the others (Error::others).
 Result<MechanismBodies> readMechanismBodies(const MechanismInput& input, Observer& observer);
 
 }  // namespace t4d::verbs

@@ -46,7 +46,10 @@ Result<std::vector<formats::BodyInfo>> namedBodies(const SweepInput& input,
 
 mesh4d::SweepOptions meshMethodOf(const SweepOptions& options) {
   mesh4d::SweepOptions how{.caps = options.caps, .prism = options.prism, .part = options.part};
-  if (const auto* moved = std::get_if<MotionSweep>(&options.what)) how.steps = moved->steps;
+  if (const auto* moved = std::get_if<MotionSweep>(&options.what)) {
+    how.steps = moved->steps;
+    how.maxSteps = moved->maxSteps;
+  }
   return how;
 }
 

@@ -41,6 +41,7 @@ struct MotionSweep {
   std::optional<formats::BodiesBy> bodies = {};  ///< of an .obj; nothing for one body
   mesh4d::StepRule steps = {};                   ///< of the mesh method
   std::optional<VoxelMethod> voxels = {};
+  std::uint64_t maxSteps = mesh4d::kMaxSteps;
 };
 
 /// A solid that is deformed: meshes of the same triangles, their collection (.pvd), or a mesh and
@@ -64,7 +65,8 @@ struct MechanismSweep {
   std::string motion = {};    ///< of a .urdf alone
   std::string geometry = {};  ///< of a .urdf alone, as formats::UrdfOptions; "" for the default
   mesh4d::StepRule steps = {};
-  bool ownSteps = false;  ///< as mesh4d::mechanismKeys without `common`
+  bool ownSteps = false;                       ///< as mesh4d::mechanismKeys without `common`
+  std::optional<std::uint64_t> maxSteps = {};  ///< as mesh4d::mechanismKeys
 };
 
 /// How files are swept, by their names.

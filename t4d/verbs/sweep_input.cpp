@@ -122,7 +122,7 @@ Result<SweepInput> readMoving(const AnimationSweep& what, const SweepOptions& op
 Result<SweepInput> readMoving(const MechanismSweep& what, const SweepOptions& options,
                               Observer& observer) {
   auto read = readMechanismBodies({what.file, what.motion, what.geometry, what.steps, options.prism,
-                                   what.ownSteps, options.mending},
+                                   what.ownSteps, options.mending, what.maxSteps},
                                   observer);
   if (!read) return read.error();
   SweepInput input;

@@ -151,7 +151,7 @@ std::string hintFor(const Error& error) {
     case Remedy::MaxMove:
       return "try: a larger --max-move";
     case Remedy::StepRule:
-      return "try: --steps N, the number of steps of each segment";
+      return "try: --steps N, the number of steps of each segment, or a larger --max-steps";
     case Remedy::VoxelSize:
       return "try: another --voxel-size";
     case Remedy::VoxelSizeOrParts:

@@ -41,6 +41,7 @@ struct SweepArguments {
   std::optional<double> rvMin;
   std::optional<std::uint64_t> steps;
   std::optional<double> maxDeviation;
+  std::optional<std::uint64_t> maxSteps;
   std::string caps;  // "" for the backend's default
   std::optional<int> prism;
   std::optional<model::Part> part;
@@ -114,6 +115,7 @@ std::optional<std::string> misuseOfMotion(const SweepArguments& options, SweepKi
     return "--remesh and --max-move are for --motion: mending a deformation moves no vertex";
   }
   if (options.voxels()) return "--backend voxel4d needs --motion";
+  if (options.maxSteps) return "--max-steps is for --motion and for mechanisms";
   if (kind == SweepKind::Animation) {
     if (options.rvMin || options.steps || !options.keyTimes.empty() || options.times.step) {
       return "--rv-min, --steps, --times and --frame-time are not for an animated glTF; "
@@ -179,6 +181,7 @@ std::vector<std::string> ignoredBy(const SweepArguments& options) {
   if (options.rvMin) names.emplace_back("--rv-min");
   if (options.steps) names.emplace_back("--steps");
   if (options.maxDeviation) names.emplace_back("--max-deviation");
+  if (options.maxSteps) names.emplace_back("--max-steps");
   if (options.prism) names.emplace_back("--prism");
   if (!options.caps.empty() && !isVoxelCaps(options.caps)) names.emplace_back("--caps");
   return names;
@@ -193,6 +196,7 @@ mesh4d::StepRule ruleOf(const SweepArguments& options) {
 verbs::MotionSweep motionSweepOf(const SweepArguments& options) {
   verbs::MotionSweep what{options.models.front(), options.motion, options.table.table,
                           bodiesBy(options.dividedBy), ruleOf(options)};
+  what.maxSteps = options.maxSteps.value_or(mesh4d::kMaxSteps);
   if (options.voxels()) {
     what.voxels = verbs::VoxelMethod{
         *options.voxelSize,          options.times,     options.mask, betweenOf(options.between),
@@ -224,8 +228,12 @@ verbs::SweepOptions sweepOptionsOf(const SweepArguments& options, SweepKind kind
           verbs::AnimationSweep{file, options.animation, options.scene, options.maxDeviation};
       break;
     case SweepKind::Mechanism:
-      how.what = verbs::MechanismSweep{file, options.motion, options.geometry, ruleOf(options),
-                                       options.ownSteps};
+      how.what = verbs::MechanismSweep{file,
+                                       options.motion,
+                                       options.geometry,
+                                       ruleOf(options),
+                                       options.ownSteps,
+                                       options.maxSteps};
       break;
   }
   how.mending = options.mending.given(options.mend);
@@ -328,6 +336,10 @@ void addSweep(CLI::App& app, int& exitCode) {
       ->excludes(rvMin)
       ->excludes(steps)
       ->excludes(deviation);
+  command
+      ->add_option("--max-steps", options->maxSteps,
+                   "Maximum number of steps to accept (see docs/limits.md)")
+      ->check(wholeNumber(1, mesh4d::kMaxSteps));
   rvMin->excludes(steps)->excludes(deviation);
   steps->excludes(deviation);
   command
