@@ -40,7 +40,7 @@ TriangleMesh box(const Point3& from, const Point3& to) {
 TriangleMesh toolOf(const std::string& text, double tolerance) {
   const auto shape = parseTool(text);
   EXPECT_TRUE(shape) << text;
-  return toolMesh(*shape, tolerance);
+  return *toolMesh(*shape, tolerance);
 }
 
 formats::ToolPath gcode(const std::string& text, double tolerance = 1e-3) {
@@ -295,8 +295,8 @@ TEST(Mill, ShankAndHolderCollideWhenTheyReachTheStock) {
   // A pocket deeper than the tool: the shank, wider than it, meets the stock when the tip is at
   // 10.01 - 4 = 6.01; from z = 12 down at 1 mm/s, that is after 5.99 s.
   const TriangleMesh flat = toolOf("flat:d=6,l=4", 0.01);
-  const std::vector<Guard> wide = {{"shank", cylinderMesh({8, 10}, 4, 0.01)},
-                                   {"holder", cylinderMesh({20, 10}, 14, 0.01)}};
+  const std::vector<Guard> wide = {{"shank", *cylinderMesh({8, 10}, 4, 0.01)},
+                                   {"holder", *cylinderMesh({20, 10}, 14, 0.01)}};
   const auto path = gcode("G0 X20 Y10 Z12\nG1 Z4 F60\n");
   const Process process = milled(kBlock, alone(flat, wide), path, 0.25, 3);
   ASSERT_EQ(process.report.collisions.size(), 1U);
@@ -309,7 +309,7 @@ TEST(Mill, ShankAndHolderCollideWhenTheyReachTheStock) {
   EXPECT_GT(radius, 3 - 0.25);
   EXPECT_LT(radius, 4);
   // A shank as thin as the tool follows into what the tool has cut.
-  const std::vector<Guard> thin = {{"shank", cylinderMesh({6, 10}, 4, 0.01)}};
+  const std::vector<Guard> thin = {{"shank", *cylinderMesh({6, 10}, 4, 0.01)}};
   EXPECT_TRUE(milled(kBlock, alone(flat, thin), path, 0.25, 3).report.collisions.empty());
 }
 
@@ -323,7 +323,7 @@ TEST(Mill, EachToolCutsWhileItIsMounted) {
                          "G98 G81 X20 Z-5 R12 F300\nT0 M6\nG0 Z-5\n"},
       how);
   ASSERT_TRUE(path) << path.error().text();
-  const std::vector<Guard> guards = {{"holder", cylinderMesh({16, 10}, 12, 0.01)}};
+  const std::vector<Guard> guards = {{"holder", *cylinderMesh({16, 10}, 12, 0.01)}};
   std::vector<std::pair<double, double>> errors;
   for (const double h : {1.0, 0.5, 0.25}) {
     const std::vector<Tool> tools = {{toolOf("flat:d=6,l=30", h * h / 200), {}, 1},
@@ -586,6 +586,29 @@ TEST(ToolShape, HasNoMoreFacetsThanItsToleranceAsksFor) {
     EXPECT_LE(gap(heights.size()), tolerance * (1 + 1e-9));
     EXPECT_GT(gap(heights.size() - 1), tolerance);
   }
+}
+
+TEST(ToolShape, ATooSmallToleranceIsRefusedWithOneThatIsKept) {
+  for (const char* text : {"ball:d=6,l=30", "flat:d=6e3,l=30", "bull:d=6,r=1,l=30", "drill:d=6",
+                           "taper:r=1,a=45,l=3"}) {
+    const auto shape = parseTool(text);
+    ASSERT_TRUE(shape);
+    for (const double tolerance : {1e-9, 1e-12, 1e-300}) {
+      const auto made = toolMesh(*shape, tolerance);
+      if (made) {
+        EXPECT_LE(made->triangles.size(), kMostToolTriangles);
+        continue;
+      }
+      EXPECT_EQ(made.error().code, ErrorCode::Options);
+      const std::string& message = made.error().message;
+      const auto at = message.find("a tolerance of ", message.find(';'));
+      ASSERT_NE(at, message.npos) << message;
+      const double fitting = std::stod(message.substr(at + 15));
+      EXPECT_TRUE(toolMesh(*shape, fitting)) << text << ": " << fitting;
+      EXPECT_FALSE(toolMesh(*shape, 0.8 * fitting)) << text << ": " << fitting;
+    }
+  }
+  EXPECT_FALSE(cylinderMesh({6, 10}, 0, 1e-13));
 }
 
 TEST(ToolShape, SaysWhatIsWrong) {

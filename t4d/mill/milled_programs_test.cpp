@@ -69,7 +69,7 @@ MilledVolume volumeOf(const MilledProgram& program, double voxelSize) {
   for (const auto& [number, spec] : program.tools) {
     const auto shape = parseTool(spec);
     EXPECT_TRUE(shape) << spec;
-    if (shape) tools.push_back({toolMesh(*shape, fine), {}, number});
+    if (shape) tools.push_back({*toolMesh(*shape, fine), {}, number});
   }
   MillOptions options;
   options.voxelSize = voxelSize;

@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -14,20 +15,51 @@ namespace {
 
 using Profile = std::vector<Eigen::Vector2d>;  // distance from the axis, height
 
+constexpr double kQuarter = std::numbers::pi / 2;
+
 /// The number of chords of an arc that stay within the tolerance; at least `least`.
-int chordsOf(double radius, double angle, double tolerance, int least) {
-  constexpr double kMost = 100'000;
+double chordsOf(double radius, double angle, double tolerance, double least) {
   if (!(tolerance < radius)) return least;
-  const double step = 2 * std::acos(1 - tolerance / radius);
-  return std::max(least, static_cast<int>(std::min(kMost, std::ceil(angle / step))));
+  // Of an angle, 1 - cos is twice the square of the sine of its half.
+  const double step = 4 * std::asin(std::sqrt(tolerance / (2 * radius)));
+  return std::max(least, std::ceil(angle / step));
+}
+
+double chordsAround(double radius, double tolerance) {
+  return chordsOf(radius, 2 * std::numbers::pi, tolerance, 8);
+}
+
+/// Of an arc of a profile, of at most a quarter.
+double chordsInProfile(double radius, double radians, double tolerance) {
+  return chordsOf(radius, radians, tolerance, 2);
+}
+
+/// Fails if a solid of revolution has too many triangles within the tolerance: `widest` is a bound
+/// of its radius, and its profile has an arc.
+Result<void> checkTolerance(double widest, double arcRadius, double tolerance) {
+  const auto trianglesFor = [&](double within) {
+    constexpr double kOthers = 3;  // corners of the profile
+    return 2 * chordsAround(widest, within) *
+           (chordsInProfile(arcRadius, kQuarter, within) + kOthers);
+  };
+  constexpr auto kMost = static_cast<double>(kMostToolTriangles);
+  const double triangles = trianglesFor(tolerance);
+  if (triangles <= kMost) return {};
+  double fitting = std::max(tolerance, std::numeric_limits<double>::epsilon() * widest);
+  while (trianglesFor(fitting) > kMost) fitting *= 1.1;
+  const double digit = std::pow(10, std::floor(std::log10(fitting)) - 1);
+  fitting = (std::floor(fitting / digit) + 1) * digit;
+  return fail(ErrorCode::Options,
+              fmt::format("within a tolerance of {} the tool has {:.2g} triangles, expected at "
+                          "most {}; a tolerance of {:.2g} will do",
+                          tolerance, triangles, kMostToolTriangles, fitting));
 }
 
 /// A profile from the axis to the axis, counter-clockwise about the solid in (distance, height).
 model::TriangleMesh revolved(const Profile& profile, double tolerance) {
   double widest = 0;
   for (const auto& point : profile) widest = std::max(widest, point.x());
-  const auto around =
-      static_cast<std::uint32_t>(chordsOf(widest, 2 * std::numbers::pi, tolerance, 8));
+  const auto around = static_cast<std::uint32_t>(chordsAround(widest, tolerance));
   model::TriangleMesh mesh;
   mesh.vertices.emplace_back(0, 0, profile.front().y());
   const auto rings = static_cast<std::uint32_t>(profile.size() - 2);
@@ -53,13 +85,11 @@ model::TriangleMesh revolved(const Profile& profile, double tolerance) {
   return mesh;
 }
 
-constexpr double kQuarter = std::numbers::pi / 2;
-
 /// Adds an arc about (centre, height), from below by an angle of at most a quarter toward the side,
 /// without its first point.
 void addArc(Profile& profile, double centre, double height, double radius, double radians,
             double tolerance) {
-  const int chords = chordsOf(radius, radians, tolerance, 2);
+  const auto chords = static_cast<int>(chordsInProfile(radius, radians, tolerance));
   for (int i = 1; i <= chords; ++i) {
     const double angle = radians * i / chords;
     const bool isSide = angle == kQuarter;
@@ -213,9 +243,14 @@ Result<Cylinder> parseCylinder(std::string_view text) {
   return Cylinder{(*sizes)[0], (*sizes)[1]};
 }
 
-model::TriangleMesh toolMesh(const ToolShape& tool, double tolerance) {
+Result<model::TriangleMesh> toolMesh(const ToolShape& tool, double tolerance) {
   double radius = tool.diameter / 2;
   const double corner = tool.cornerRadius;
+  const double arc = tool.kind == ToolKind::Ball ? radius : corner;
+  const double widest = tool.kind == ToolKind::Taper
+                            ? radius + corner + tool.length * std::tan(radiansOf(tool.angle))
+                            : radius;
+  if (auto good = checkTolerance(widest, arc, tolerance); !good) return good.error();
   Profile profile = {{0, 0}};
   switch (tool.kind) {
     case ToolKind::Flat:
@@ -249,8 +284,9 @@ model::TriangleMesh toolMesh(const ToolShape& tool, double tolerance) {
   return revolved(profile, tolerance);
 }
 
-model::TriangleMesh cylinderMesh(const Cylinder& cylinder, double from, double tolerance) {
+Result<model::TriangleMesh> cylinderMesh(const Cylinder& cylinder, double from, double tolerance) {
   const double radius = cylinder.diameter / 2;
+  if (auto good = checkTolerance(radius, 0, tolerance); !good) return good.error();
   const double to = from + cylinder.length;
   return revolved({{0, from}, {radius, from}, {radius, to}, {0, to}}, tolerance);
 }

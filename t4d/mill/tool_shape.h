@@ -48,12 +48,16 @@ struct Cylinder {
 /// Reads `d=40,l=50`.
 Result<Cylinder> parseCylinder(std::string_view text);
 
+/// The most triangles of a tool.
+inline constexpr std::uint64_t kMostToolTriangles = 10'000'000;
+
 /// The tool as a closed triangle mesh with its vertices on the tool and no point of the tool
 /// farther than `tolerance` from it. Its volume is smaller than the tool's, by the order of the
-/// tolerance.
-model::TriangleMesh toolMesh(const ToolShape& tool, double tolerance);
+/// tolerance. Fails for a tolerance that needs more than kMostToolTriangles, with one that does
+/// not.
+Result<model::TriangleMesh> toolMesh(const ToolShape& tool, double tolerance);
 
 /// A cylinder that begins at the height `from`, as a closed triangle mesh like toolMesh.
-model::TriangleMesh cylinderMesh(const Cylinder& cylinder, double from, double tolerance);
+Result<model::TriangleMesh> cylinderMesh(const Cylinder& cylinder, double from, double tolerance);
 
 }  // namespace t4d::mill

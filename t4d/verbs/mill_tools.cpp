@@ -28,7 +28,9 @@ Result<model::TriangleMesh> meshOfTool(const std::string& spec, double tolerance
   if (!isToolShape(spec)) return readToolMesh(spec, losses, observer);
   const auto shape = mill::parseTool(spec);
   if (!shape) return invalid(shape.error().message, "the tool table");
-  return mill::toolMesh(*shape, tolerance);
+  auto mesh = mill::toolMesh(*shape, tolerance);
+  if (!mesh) mesh.error().where = spec;
+  return mesh;
 }
 
 /// That of a shank or a holder, which begins at the height `from` if it is a cylinder.
@@ -37,7 +39,9 @@ Result<model::TriangleMesh> meshOfGuard(const std::string& spec, double from, do
   if (!isCylinderShape(spec)) return readToolMesh(spec, losses, observer);
   const auto cylinder = mill::parseCylinder(spec);
   if (!cylinder) return cylinder.error();
-  return mill::cylinderMesh(*cylinder, from, tolerance);
+  auto mesh = mill::cylinderMesh(*cylinder, from, tolerance);
+  if (!mesh) mesh.error().where = spec;
+  return mesh;
 }
 
 }  // namespace

@@ -23,7 +23,9 @@ class MillBackend : public Backend {
   Result<void> build(const Case& given, const Resolution& resolution,
                      model::Sink& sink) const override {
     const Milling& milling = *given.milling;
-    mill::Tool tool{.mesh = toolMesh(milling.tool, toolTolerance(resolution))};
+    auto mesh = toolMesh(milling.tool, toolTolerance(resolution));
+    if (!mesh) return mesh.error();
+    mill::Tool tool{.mesh = std::move(*mesh)};
     for (model::Point3& vertex : tool.mesh.vertices) vertex += milling.start;
     mill::MillOptions options;
     options.voxelSize = resolution.voxelSize;
