@@ -83,7 +83,6 @@ Result<SweepReport> sweep(const SweepOptions& options, Observer& observer) {
 
   report->bytes = *bytes;
   if (input->chordBound) report->chordBound = input->chordBound;
-  report->tolerance = input->tolerance;
   report->halfTurns = std::move(input->halfTurns);
   report->mended = std::move(input->mended);
   report->losses = std::move(input->losses);

@@ -92,7 +92,8 @@ struct SweptBody {
   std::uint64_t vertices = 0;
   std::uint64_t tetrahedra = 0;
   std::uint64_t steps = 0;
-  std::uint64_t runs = 1;  ///< as formats::AnimatedBody
+  std::uint64_t runs = 1;                ///< as formats::AnimatedBody
+  std::optional<double> tolerance = {};  ///< as formats::AnimatedBody
 };
 
 /// Something found in a step; `body` is "" if there is but one.
@@ -123,7 +124,7 @@ struct SweepReport {
   /// No point of a slice is farther from the true solid at that time, nor the other way round, in
   /// length units. Of the mesh method, with a motion or a mechanism.
   std::optional<double> chordBound = {};
-  std::optional<double> tolerance = {};  ///< of an animation, in length units
+  std::optional<double> tolerance = {};  ///< of an animation: the largest of all bodies
   std::vector<SweptBody> bodies = {};    ///< if they have names: not for one solid alone
   std::vector<model::HalfTurn> halfTurns = {};
   /// Of anything but a motion; `crossings` are nothing if they were not searched for.

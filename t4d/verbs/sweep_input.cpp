@@ -105,7 +105,6 @@ Result<SweepInput> readMoving(const AnimationSweep& what, const SweepOptions& op
   observer.noteEach(read->notices);
   for (const auto& body : read->bodies) input.infos.push_back({body.name});
   input.bodyWord = "nodes";
-  input.tolerance = read->tolerance;
   input.halfTurns = std::move(read->halfTurns);
   input.losses.insert(input.losses.end(), read->losses.begin(), read->losses.end());
   input.files = {what.file};

@@ -19,6 +19,7 @@ ordered_json jsonOf(const std::vector<SweptBody>& bodies) {
                    {"tetrahedra", body.tetrahedra},
                    {"steps", body.steps},
                    {"runs", body.runs}});
+    if (body.tolerance) all.back()["tolerance"] = *body.tolerance;
   }
   return all;
 }

@@ -37,7 +37,6 @@ struct SweepInput {
   std::variant<SolidsInMotion, BodiesWithKeys> moving;
   std::vector<formats::BodyInfo> infos = {};  ///< of bodies with names; empty for one without
   std::string bodyWord = {};                  ///< what these bodies are in the input, plural
-  std::optional<double> tolerance = {};       ///< of an animation
   std::optional<double> chordBound = {};      ///< of a mechanism
   std::vector<model::HalfTurn> halfTurns = {};
   std::string lengthUnit = {};

@@ -76,7 +76,8 @@ Result<SweepReport> sweepThroughKeys(const SweepOptions& options, const SweepInp
   for (std::size_t i = 0; i < moving.bodies.size(); ++i) {
     const formats::AnimatedBody& body = moving.bodies[i];
     file.setBody(i);
-    SweptBody ofBody{.name = body.name, .runs = body.runs.size()};
+    SweptBody ofBody{.name = body.name, .runs = body.runs.size(), .tolerance = body.tolerance};
+    all.tolerance = std::max(all.tolerance, body.tolerance);
     for (const auto& run : body.runs) {
       const auto done =
           mesh4d::sweep(body.mesh, *run, meshMethodOf(options), file, stage->part(run->count()));

@@ -331,7 +331,7 @@ void addSweep(CLI::App& app, int& exitCode) {
   // Another name, which messages repeat.
   command
       ->add_option("--tolerance", options->maxDeviation,
-                   "Same as --max-deviation (default for animations: 0.001 of the largest body)")
+                   "Same as --max-deviation (default for animations: 0.001 of each body)")
       ->check(numberAboveZero())
       ->excludes(rvMin)
       ->excludes(steps)

@@ -92,11 +92,21 @@ double largestExtent(const MovingShape& shape, std::size_t vertexCount,
   return largest;
 }
 
-Result<double> chosenTolerance(const std::optional<double>& given, double largestExtent,
-                               Place where) {
-  const double tolerance = given.value_or(largestExtent / 1000);
-  if (tolerance > 0 && std::isfinite(tolerance)) return tolerance;
-  return invalid(given ? fmt::format("the tolerance is {}; it must be a positive length", tolerance)
+Result<std::vector<double>> tolerancesOf(const std::optional<double>& given,
+                                         std::span<const double> extents, Place where) {
+  constexpr double kUsual = 1e-3;
+  constexpr double kLeast = 1e-9;
+  double largest = 0;
+  for (const double extent : extents) largest = std::max(largest, extent);
+  std::vector<double> tolerances;
+  bool valid = true;
+  for (const double extent : extents) {
+    const double tolerance = given.value_or(std::max(kUsual * extent, kLeast * largest));
+    valid = valid && tolerance > 0 && std::isfinite(tolerance);
+    tolerances.push_back(tolerance);
+  }
+  if (valid) return tolerances;
+  return invalid(given ? fmt::format("the tolerance is {}; it must be a positive length", *given)
                        : "has no solid with a size at its first, middle and last time, from which "
                          "a tolerance could be taken; give one",
                  std::move(where));

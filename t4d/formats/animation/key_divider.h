@@ -67,9 +67,10 @@ class KeyDivider {
 double largestExtent(const MovingShape& shape, std::size_t vertexCount,
                      const model::TimeSpan& played);
 
-/// The tolerance that is given, or a thousandth of the largest extent of all shapes. Fails if it is
+/// The tolerance of each shape: the one that is given, or a thousandth of its own extent, and at
+/// least a billionth of the largest one, which dust would need too many keys for. Fails if there is
 /// no positive length; `where` is that of the error.
-Result<double> chosenTolerance(const std::optional<double>& given, double largestExtent,
-                               Place where);
+Result<std::vector<double>> tolerancesOf(const std::optional<double>& given,
+                                         std::span<const double> extents, Place where);
 
 }  // namespace t4d::formats

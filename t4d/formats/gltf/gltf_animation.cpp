@@ -84,7 +84,7 @@ class AnimationReader {
     if (auto done = choose(); !done) return done.error();
     if (auto done = readHierarchy(); !done) return done.error();
     if (auto done = readShapes(); !done) return done.error();
-    if (auto done = chooseTolerance(); !done) return done.error();
+    if (auto done = chooseTolerances(); !done) return done.error();
     std::size_t hidden = 0;
     for (std::size_t i = 0; i < shapes_.size(); ++i) {
       auto runs = runsOf(i);
@@ -240,15 +240,15 @@ class AnimationReader {
     return unique;
   }
 
-  Result<void> chooseTolerance() {
-    double largest = 0;
+  Result<void> chooseTolerances() {
+    std::vector<double> extents;
     for (const auto& shape : shapes_) {
       const Moving moving(moving_, shape);
-      largest = std::max(largest, largestExtent(moving, shape->base.size(), {0, moving_->end}));
+      extents.push_back(largestExtent(moving, shape->base.size(), {0, moving_->end}));
     }
-    auto tolerance = chosenTolerance(options_.tolerance, largest, file_.path.string());
-    if (!tolerance) return tolerance.error();
-    scene_.tolerance = *tolerance;
+    const auto tolerances = tolerancesOf(options_.tolerance, extents, file_.path.string());
+    if (!tolerances) return tolerances.error();
+    for (std::size_t i = 0; i < shapes_.size(); ++i) scene_.bodies[i].tolerance = (*tolerances)[i];
     return {};
   }
 
@@ -275,7 +275,7 @@ class AnimationReader {
     const auto moving = std::make_shared<const Moving>(moving_, shape);
     const model::TriangleMesh& mesh = scene_.bodies[body].mesh;
     const auto vertices = std::make_shared<const std::vector<Point3>>(mesh.vertices);
-    KeyDivider divider(*moving, mesh, {scene_.tolerance, options_.edgeFactor},
+    KeyDivider divider(*moving, mesh, {*scene_.bodies[body].tolerance, options_.edgeFactor},
                        gltfElement(file_, "animations", animation_));
     std::set<double> keys = {0, moving_->end};
     std::set<double> jumps = {0, moving_->end};

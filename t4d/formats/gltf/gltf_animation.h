@@ -21,8 +21,8 @@ struct GltfAnimationOptions {
   /// The name of the scene, or its number from 0; "" for the default one.
   std::string scene = {};
   /// No point of a slice is farther than this from the true solid at the same time, nor the other
-  /// way round, in metres; without it, a thousandth of the largest extent of all bodies at the
-  /// start.
+  /// way round, in metres; without it, a thousandth of the largest extent of each body at the
+  /// first, the middle and the last time.
   std::optional<double> tolerance = {};
   /// Of the prisms that bodies are swept with (model::Chords).
   double edgeFactor = model::kEdgeFactorOf14;
@@ -34,11 +34,11 @@ struct AnimatedBody {
   model::TriangleMesh mesh;
   /// The body in time: more than one where it jumps, or is hidden for a while.
   std::vector<std::unique_ptr<model::VertexKeys>> runs;
+  std::optional<double> tolerance = {};  ///< of an animation: its own, in length units
 };
 
 struct AnimatedScene {
   std::vector<AnimatedBody> bodies;
-  double tolerance = 0;
   /// Keys of a rotation that slerp could join either way round, by node.
   std::vector<model::HalfTurn> halfTurns;
   std::vector<std::string> notices;

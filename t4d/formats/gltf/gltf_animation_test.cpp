@@ -120,6 +120,24 @@ TEST(GltfAnimation, RotationsStayWithinTheTolerance) {
   }
 }
 
+TEST(GltfAnimation, TheToleranceOfABodyIsAThousandthOfItsOwnSize) {
+  Gltf gltf;
+  gltf.nodes = R"({"name":"body","mesh":0},{"name":"ground","mesh":0,"scale":[1000,1000,1000]})";
+  gltf.animate(0, "rotation", "LINEAR", {0, 2}, {0, 0, 0, 1, 0, 0, kHalf, kHalf});
+  const auto scene = readGltfAnimation(gltf.file(), {});
+  ASSERT_TRUE(scene) << scene.error().text();
+  ASSERT_EQ(scene->bodies.size(), 2U);
+  const double own = scene->bodies[0].tolerance.value_or(0);
+  EXPECT_NEAR(own, 3e-3, 1.5e-3);
+  EXPECT_NEAR(scene->bodies[1].tolerance.value_or(0), 3, 1e-6);
+  Gltf alone;
+  alone.animate(0, "rotation", "LINEAR", {0, 2}, {0, 0, 0, 1, 0, 0, kHalf, kHalf});
+  const auto one = readGltfAnimation(alone.file(), {});
+  ASSERT_TRUE(one) << one.error().text();
+  EXPECT_EQ(one->bodies[0].tolerance, own);
+  EXPECT_EQ(one->bodies[0].runs[0]->count(), scene->bodies[0].runs[0]->count());
+}
+
 TEST(GltfAnimation, SlicesStayWithinTheTolerance) {
   Gltf gltf;
   gltf.nodes = R"({"name":"parent","children":[1],"scale":[1,2,3]},{"name":"body","mesh":0})";

@@ -46,7 +46,7 @@ class UsdAnimationReader {
                                                     "meshes that are never "
                                                     "visible")));
     }
-    if (auto done = chooseTolerance(); !done) return done.error();
+    if (auto done = chooseTolerances(); !done) return done.error();
     for (std::size_t i = 0; i < shapes_.size(); ++i) {
       if (auto done = addRuns(i); !done) return done.error();
     }
@@ -100,15 +100,15 @@ class UsdAnimationReader {
     return first < 0;
   }
 
-  Result<void> chooseTolerance() {
-    double largest = 0;
+  Result<void> chooseTolerances() {
+    std::vector<double> extents;
     for (std::size_t i = 0; i < shapes_.size(); ++i) {
       const std::size_t count = made_.bodies[i].mesh.vertices.size();
-      largest = std::max(largest, largestExtent(*shapes_[i], count, scene_.played));
+      extents.push_back(largestExtent(*shapes_[i], count, scene_.played));
     }
-    auto tolerance = chosenTolerance(options_.tolerance, largest, file_);
-    if (!tolerance) return tolerance.error();
-    made_.tolerance = *tolerance;
+    const auto tolerances = tolerancesOf(options_.tolerance, extents, file_);
+    if (!tolerances) return tolerances.error();
+    for (std::size_t i = 0; i < shapes_.size(); ++i) made_.bodies[i].tolerance = (*tolerances)[i];
     return {};
   }
 
@@ -117,7 +117,7 @@ class UsdAnimationReader {
     const std::shared_ptr<const UsdShape>& shape = shapes_[i];
     const auto base = std::make_shared<const std::vector<Point3>>(body.mesh.vertices);
     const std::vector<double> keys = shape->times();
-    KeyDivider divider(*shape, body.mesh, {made_.tolerance, options_.edgeFactor},
+    KeyDivider divider(*shape, body.mesh, {*body.tolerance, options_.edgeFactor},
                        placeIn(file_, fmt::format("body '{}'", body.name)));
     for (const model::TimeSpan& span : spans_[i]) {
       std::vector<double> times = {span.begin};
