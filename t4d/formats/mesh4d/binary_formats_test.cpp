@@ -1,3 +1,5 @@
+#include <array>
+#include <bit>
 #include <cstring>
 
 #include <fmt/format.h>
@@ -546,6 +548,110 @@ TEST(G4mf, IsReadWithOlderKeysAndAnyPlacement) {
     EXPECT_DOUBLE_EQ(hypervolumeOf({placed.bodies[1]}), kSimplexHypervolume);
     EXPECT_EQ(placed.losses.size(), 1U);
   }
+}
+
+/// A 16-cell, whose blend shape moves the vertex (1, 0, 0, 0) by (0.5, 0, 0, 0): of its hypervolume
+/// of 2/3, the half on that side grows by half. Vertices (128 bytes), tetrahedra (64), an index
+/// (1), an offset from byte 208.
+std::string sixteenCell(const std::string& blend, const std::string& instance = "") {
+  std::string data;
+  for (int vertex = 0; vertex < 8; ++vertex) {
+    for (int i = 0; i < 4; ++i) {
+      data += bytesOf(i != vertex / 2 ? 0.0F : vertex % 2 == 0 ? -1.0F : 1.0F);
+    }
+  }
+  for (int signs = 0; signs < 16; ++signs) {
+    const bool odd = std::popcount(static_cast<unsigned>(signs)) % 2 != 0;
+    std::array<int, 4> corners{};
+    for (int i = 0; i < 4; ++i) {
+      corners[static_cast<std::size_t>(i)] = 2 * i + (signs >> i & 1);
+    }
+    if (odd) std::swap(corners[2], corners[3]);
+    for (const int corner : corners) data += static_cast<char>(corner);
+  }
+  data += std::string(1, '\1') + std::string(15, '\0');
+  for (const float x : {0.5F, 0.0F, 0.0F, 0.0F}) data += bytesOf(x);
+  return R"({"asset":{"dimension":4},"buffers":[{"byteLength":224,"uri":)" + dataUri(data) +
+         R"(}],"bufferViews":[{"byteLength":128},{"byteLength":64,"byteOffset":128},)"
+         R"({"byteLength":1,"byteOffset":192},{"byteLength":16,"byteOffset":208}],"accessors":[)"
+         R"({"bufferView":0,"componentType":"float32","vectorSize":4},)"
+         R"({"bufferView":1,"componentType":"uint8","vectorSize":4},)"
+         R"({"bufferView":2,"componentType":"uint8"},)"
+         R"({"bufferView":3,"componentType":"float32","vectorSize":4}],"meshes":[)"
+         R"({"vertices":0,"surfaces":[{"simplexes":1}])" +
+         blend + R"(}],"nodes":[{"meshInstance":{"mesh":0)" + instance + "}}]}";
+}
+
+constexpr const char* kShapes = R"("shapes":[{"position":{"indices":2,"offsets":3}}])";
+
+TEST(G4mf, BlendShapesMoveVerticesByTheirAmounts) {
+  const auto hypervolume = [](const std::string& amounts, const std::string& instance = "") {
+    const LoadedMesh4d loaded = read4dBytes(
+        "a.g4tf", sixteenCell(fmt::format(R"(,"blend":{{{}{}}})", amounts, kShapes), instance));
+    EXPECT_TRUE(loaded.losses.empty());
+    return hypervolumeOf(loaded.bodies);
+  };
+  const double whole = 2.0 / 3;
+  EXPECT_DOUBLE_EQ(hypervolume(""), whole);
+  EXPECT_DOUBLE_EQ(hypervolume(R"("amounts":[1],)"), whole * 1.25);
+  EXPECT_DOUBLE_EQ(hypervolume(R"("amounts":[-0.5],)"), whole * 0.875);
+  // An instance may have amounts of its own.
+  EXPECT_DOUBLE_EQ(hypervolume(R"("amounts":[1],)", R"(,"blendAmounts":[2])"), whole * 1.5);
+  EXPECT_DOUBLE_EQ(hypervolume(R"("amounts":[1],)", R"(,"blendAmounts":[0])"), whole);
+}
+
+TEST(G4mf, BlendShapesThatDoNotFitAreRefused) {
+  const auto problem = [](const std::string& blend) {
+    return error4dOf("a.g4tf", sixteenCell(R"(,"blend":)" + blend));
+  };
+  EXPECT_EQ(problem(fmt::format(R"({{"amounts":[1,2],{}}})", kShapes)),
+            "a.g4tf: the amounts of the blend shapes of mesh 0 are not 1 number");
+  EXPECT_EQ(problem(R"({"amounts":[1],"shapes":[{"position":{"indices":2,"offsets":1}}]})"),
+            "a.g4tf: blend shape 0 of mesh 0 has 1 indices and 16 offsets");
+  EXPECT_EQ(problem(R"({"amounts":[1],"shapes":[{"position":{"indices":3,"offsets":3}}]})"),
+            "a.g4tf: accessor 3 has a 'vectorSize' of 4, expected 1");
+  EXPECT_EQ(problem(R"({"amounts":[1],"shapes":[{"position":{"indices":2}}]})"),
+            "a.g4tf: blend shape 0 of mesh 0 lacks indices or offsets");
+}
+
+TEST(G4mf, WhatIsNotReadIsListedAsLost) {
+  const LoadedMesh4d skinned = read4dBytes("a.g4tf", sixteenCell(R"(,"skin":{"groups":2})"));
+  EXPECT_EQ(skinned.losses,
+            std::vector<std::string>{(temporaryPath("a.g4tf").string() + ": skins are not read")});
+}
+
+/// A binary file of these chunks: type, encoding, bytes.
+std::string g4b(const std::vector<std::array<std::string, 3>>& chunks) {
+  std::string file;
+  for (const auto& [type, encoding, bytes] : chunks) {
+    file.resize((file.size() + 15) / 16 * 16, '\0');
+    file += type + (encoding.empty() ? std::string(4, '\0') : encoding) +
+            bytesOf(std::uint64_t{bytes.size()}) + bytes;
+  }
+  return "G4MF" + std::string(4, '\0') + bytesOf(std::uint64_t{16 + file.size()}) + file;
+}
+
+TEST(G4mf, ChunksMayComeInAnyOrder) {
+  const std::string other = "0123456789";
+  const std::string blob = simplexData();
+  const std::string older = g4mfText(R"({"byteLength":100})", kMeshes);
+  const auto byNumber = [](int chunk) {
+    return g4mfText(fmt::format(R"({{"byteLength":100,"chunk":{}}})", chunk), kMeshes);
+  };
+  for (const std::string& file :
+       {g4b({{"JSON", "", older}, {"BLOB", "", blob}}),
+        g4b({{"BLOB", "", blob}, {"JSON", "", older}}),
+        g4b({{"BLOB", "", blob}, {"JSON", "", byNumber(0)}}),
+        g4b({{"JSON", "", byNumber(2)}, {"BLOB", "", other}, {"BLOB", "", blob}}),
+        g4b({{"NEWS", "", other}, {"BLOB", "", blob}, {"JSON", "", byNumber(1)}})}) {
+    EXPECT_DOUBLE_EQ(hypervolumeOf(read4dBytes("a.g4b", file).bodies), kSimplexHypervolume);
+  }
+  EXPECT_EQ(error4dOf("a.g4b", g4b({{"JSON", "", byNumber(7)}, {"BLOB", "", blob}})),
+            "a.g4b: the 'chunk' of buffer 0 is 7, but there are 2");
+  EXPECT_EQ(error4dOf("a.g4b", g4b({{"BLOB", "", blob}})),
+            "a.g4b: has no chunk of type JSON among its 1");
+  EXPECT_EQ(error4dOf("a.g4b", g4b({{"JSON", "Zstd", other}})),
+            "a.g4b: byte 20: the chunk 'JSON' is compressed as 'Zstd', expected plain JSON");
 }
 
 TEST(G4mf, RotorsTurnTheFirstAxisOfAPlaneTowardsTheSecond) {

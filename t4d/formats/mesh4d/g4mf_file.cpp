@@ -57,52 +57,55 @@ std::optional<std::uint64_t> wholeNumber(const json& object, const char* member,
 
 }  // namespace
 
-Result<void> G4mfFile::parseContainer(const InputFile& file) {
+Result<void> G4mfFile::readChunks(const InputFile& file) {
+  const std::string_view text = file.bytes;
+  if (text.size() < 2 * kHeader) return invalid("the file ends in its header", file.atByte(0));
+  if (const auto version = loadNumber<std::uint32_t>(text.data() + 4); version != 0) {
+    return fail(ErrorCode::Unsupported,
+                fmt::format("is version {} of binary G4MF, expected 0, the draft", version),
+                file.atByte(4));
+  }
+  if (const auto size = loadNumber<std::uint64_t>(text.data() + 8); size != text.size()) {
+    return invalid(fmt::format("declares {} bytes; the file has {}", size, text.size()),
+                   file.atByte(8));
+  }
+  for (std::size_t at = kHeader; at < text.size();) {
+    if (text.size() - at < kHeader) {
+      return invalid("the file ends in the header of a chunk", file.atByte(at));
+    }
+    const std::string_view type = text.substr(at, 4);
+    const std::string_view encoding = text.substr(at + 4, 4);
+    const auto size = loadNumber<std::uint64_t>(text.data() + at + 8);
+    if (size > text.size() - at - kHeader) {
+      return invalid(fmt::format("a chunk declares {} bytes; only {} follow", size,
+                                 text.size() - at - kHeader),
+                     file.atByte(at + 8));
+    }
+    const bool plain = encoding == std::string_view("\0\0\0\0", 4);
+    const bool isJson = type == "JSON";
+    if (!plain && (isJson || encoding != "Zstd")) {
+      return fail(ErrorCode::Unsupported,
+                  fmt::format("the chunk {} is compressed as {}, expected {}", inQuotes(type),
+                              inQuotes(encoding), isJson ? "plain JSON" : "'Zstd' or plain bytes"),
+                  file.atByte(at + 4));
+    }
+    chunks_.push_back({type, text.substr(at + kHeader, size), !plain});
+    at += kHeader + size;
+    at = std::min((at + 15) / 16 * 16, text.size());
+  }
+  return {};
+}
+
+/// Of a binary file, the first chunk of type JSON, wherever it is.
+Result<void> G4mfFile::parseJson(const InputFile& file) {
   std::string_view text = file.bytes;
   if (text.starts_with("G4MF")) {
-    if (text.size() < 2 * kHeader) return invalid("the file ends in its header", file.atByte(0));
-    if (const auto version = loadNumber<std::uint32_t>(text.data() + 4); version != 0) {
-      return fail(ErrorCode::Unsupported,
-                  fmt::format("is version {} of binary G4MF, expected 0, the draft", version),
-                  file.atByte(4));
+    if (auto done = readChunks(file); !done) return done;
+    const auto found = std::ranges::find(chunks_, "JSON", &Chunk::type);
+    if (found == chunks_.end()) {
+      return wrong(fmt::format("has no chunk of type JSON among its {}", chunks_.size()));
     }
-    if (const auto size = loadNumber<std::uint64_t>(text.data() + 8); size != text.size()) {
-      return invalid(fmt::format("declares {} bytes; the file has {}", size, text.size()),
-                     file.atByte(8));
-    }
-    std::string_view jsonChunk;
-    for (std::size_t at = kHeader, number = 0; at < file.bytes.size(); ++number) {
-      if (file.bytes.size() - at < kHeader) {
-        return invalid("the file ends in the header of a chunk", file.atByte(at));
-      }
-      const std::string_view type = std::string_view(file.bytes).substr(at, 4);
-      const std::string_view compression = std::string_view(file.bytes).substr(at + 4, 4);
-      const auto size = loadNumber<std::uint64_t>(file.bytes.data() + at + 8);
-      if (size > file.bytes.size() - at - kHeader) {
-        return invalid(fmt::format("a chunk declares {} bytes; only {} follow", size,
-                                   file.bytes.size() - at - kHeader),
-                       file.atByte(at + 8));
-      }
-      const bool plain = compression == std::string_view("\0\0\0\0", 4);
-      if (!plain && compression != "Zstd") {
-        return fail(ErrorCode::Unsupported,
-                    fmt::format("a chunk is compressed as {}; only 'Zstd' is supported",
-                                inQuotes(compression)),
-                    file.atByte(at + 4));
-      }
-      const std::string_view bytes = std::string_view(file.bytes).substr(at + kHeader, size);
-      if (number == 0) {
-        if (type != "JSON" || !plain) {
-          return invalid("the first chunk is not JSON as it is", file.atByte(at));
-        }
-        jsonChunk = bytes;
-      } else if (type == "BLOB") {
-        chunks_.push_back({bytes, !plain});
-      }
-      at += kHeader + size;
-      at = std::min((at + 15) / 16 * 16, file.bytes.size());
-    }
-    text = jsonChunk;
+    text = found->bytes;
   }
   if (auto good = checkJson(text, path_.string()); !good) return good;
   document_ = json::parse(text, nullptr, false);
@@ -114,7 +117,7 @@ Result<G4mfFile> G4mfFile::open(const InputFile& file) {
   G4mfFile result;
   result.path_ = file.path;
   result.bytes_ = file.bytes.size();
-  if (auto parsed = result.parseContainer(file); !parsed) return parsed.error();
+  if (auto parsed = result.parseJson(file); !parsed) return parsed.error();
   const json& document = result.document_;
   if (!document.is_object() || !document.contains("asset") || !document["asset"].is_object()) {
     return result.wrong("has no 'asset'");
@@ -136,7 +139,9 @@ Result<G4mfFile> G4mfFile::open(const InputFile& file) {
   }
   if (const auto found = document["asset"].find("extensionsRequired");
       found != document["asset"].end() && !found->empty()) {
-    return fail(ErrorCode::Unsupported, "requires extensions, which are not supported",
+    return fail(ErrorCode::Unsupported,
+                fmt::format("requires extensions, of which none is supported: {}",
+                            found->dump(-1, ' ', false, json::error_handler_t::replace)),
                 file.path.string());
   }
   if (document.contains("buffers")) result.buffers_.resize(document["buffers"].size());
@@ -180,16 +185,33 @@ Result<std::string> G4mfFile::externalFile(const std::string& uri) {
   return std::move(file->bytes);
 }
 
+/// The chunk that a buffer names, or, in older files, the one of data with the same number.
+Result<G4mfFile::Chunk> G4mfFile::chunkOf(const json& about, std::uint64_t buffer) const {
+  if (about.contains("chunk")) {
+    const auto number = wholeNumber(about, "chunk");
+    if (number && *number < chunks_.size()) return chunks_[*number];
+    return wrong(fmt::format("the 'chunk' of buffer {} is {}, but there are {}", buffer,
+                             about["chunk"].dump(), chunks_.size()));
+  }
+  std::uint64_t number = 0;
+  for (const Chunk& chunk : chunks_) {
+    if (chunk.type == "BLOB" && number++ == buffer) return chunk;
+  }
+  return wrong(fmt::format("buffer {} has neither a chunk nor a 'uri'", buffer));
+}
+
 Result<std::string> G4mfFile::loadBuffer(const json& about, std::uint64_t index,
                                          std::uint64_t size) {
   std::string_view stored;
   std::string owned;
   bool zstd = false;
-  if (const auto compression = about.find("compression"); compression != about.end()) {
-    if (*compression != "Zstd") {
+  for (const char* member : {"encoding", "compression"}) {  // the second in older files
+    const auto encoding = about.find(member);
+    if (encoding == about.end()) continue;
+    if (*encoding != "Zstd") {
       return fail(ErrorCode::Unsupported,
                   fmt::format("buffer {} is compressed as {}; only 'Zstd' is supported", index,
-                              inQuotes(compression->dump())),
+                              inQuotes(encoding->dump())),
                   path_.string());
     }
     zstd = true;
@@ -210,10 +232,10 @@ Result<std::string> G4mfFile::loadBuffer(const json& about, std::uint64_t index,
     }
     stored = owned;
   } else {
-    if (index >= chunks_.size())
-      return wrong(fmt::format("buffer {} has neither a chunk nor a 'uri'", index));
-    stored = chunks_[index].bytes;
-    if (chunks_[index].zstd != zstd) {
+    const auto chunk = chunkOf(about, index);
+    if (!chunk) return chunk.error();
+    stored = chunk->bytes;
+    if (chunk->zstd != zstd) {
       return wrong(fmt::format("buffer {} and its chunk differ in compression", index));
     }
   }
@@ -249,7 +271,7 @@ Result<const std::string*> G4mfFile::buffer(std::uint64_t index) {
   return &*buffer;
 }
 
-Result<std::vector<double>> G4mfFile::accessor(std::uint64_t number) {
+Result<std::vector<double>> G4mfFile::accessor(std::uint64_t number, std::uint64_t vectorSize) {
   const json& accessor = document_["accessors"][number];
   const auto which = fmt::format("accessor {}", number);
   const auto viewIndex = index(accessor, "bufferView", "bufferViews");
@@ -266,13 +288,14 @@ Result<std::vector<double>> G4mfFile::accessor(std::uint64_t number) {
     return fail(ErrorCode::Unsupported,
                 fmt::format("{} has numbers of type {}", which, inQuotes(type)), path_.string());
   }
-  if (const auto size = wholeNumber(accessor, "vectorSize", 1); size != 4) {
-    return wrong(fmt::format("{} has vectors that are not of four numbers", which));
+  if (const auto size = wholeNumber(accessor, "vectorSize", 1); size != vectorSize) {
+    return wrong(fmt::format("{} has a 'vectorSize' of {}, expected {}", which,
+                             accessor.value("vectorSize", json(1)).dump(), vectorSize));
   }
   const json& view = document_["bufferViews"][**viewIndex];
   const auto length = wholeNumber(view, "byteLength");
   const auto offset = wholeNumber(view, "byteOffset", 0);
-  if (!length || !offset || *length % (4 * primitive->size) != 0) {
+  if (!length || !offset || *length % (vectorSize * primitive->size) != 0) {
     return wrong(fmt::format("the buffer view of {} is not a whole number of vectors", which));
   }
   auto bufferIndex = index(view, "buffer", "buffers");

@@ -21,8 +21,8 @@ class G4mfFile {
 
   const nlohmann::json& document() const { return document_; }
 
-  /// The numbers of an accessor, whose vectors must have four. Integers are exact up to 2^53.
-  Result<std::vector<double>> accessor(std::uint64_t index);
+  /// The numbers of an accessor, whose vectors must have so many. Integers are exact up to 2^53.
+  Result<std::vector<double>> accessor(std::uint64_t index, std::uint64_t vectorSize = 4);
 
   /// A member that is an index into an array of the document; nothing if it is missing or -1.
   Result<std::optional<std::uint64_t>> index(const nlohmann::json& object, const char* member,
@@ -37,20 +37,23 @@ class G4mfFile {
   Error wrong(const std::string& message) const { return invalid(message, path_.string()); }
 
  private:
-  Result<void> parseContainer(const InputFile& file);
+  Result<void> readChunks(const InputFile& file);
+  Result<void> parseJson(const InputFile& file);
   Result<const std::string*> buffer(std::uint64_t index);
   Result<std::string> loadBuffer(const nlohmann::json& about, std::uint64_t index,
                                  std::uint64_t size);
   Result<std::string> externalFile(const std::string& uri);
 
   struct Chunk {
+    std::string_view type;
     std::string_view bytes;
     bool zstd = false;
   };
+  Result<Chunk> chunkOf(const nlohmann::json& about, std::uint64_t buffer) const;
 
   std::filesystem::path path_;
   nlohmann::json document_;
-  std::vector<Chunk> chunks_;  // of data, in the file
+  std::vector<Chunk> chunks_;  // of binary G4MF, in the order of the file
   std::vector<std::optional<std::string>> buffers_;
   std::vector<std::filesystem::path> otherFiles_;
   std::uint64_t bytes_ = 0;

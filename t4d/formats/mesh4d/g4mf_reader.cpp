@@ -5,7 +5,9 @@
 #include <bit>
 #include <cmath>
 #include <optional>
+#include <set>
 #include <span>
+#include <string>
 
 #include <Eigen/LU>
 #include <fmt/format.h>
@@ -13,6 +15,7 @@
 
 #include "t4d/formats/mesh4d/g4mf_file.h"
 #include "t4d/formats/mesh4d/mesh4d_builder.h"
+#include "t4d/model/amount_text.h"
 
 namespace t4d::formats {
 namespace {
@@ -93,7 +96,8 @@ class G4mfReader {
       if (auto done = readNode(0, {}, 0); !done) return done.error();
     } else if (document.contains("meshes")) {
       for (std::size_t i = 0; i < document["meshes"].size(); ++i) {
-        if (auto done = readMesh(i, {}, textOf(document["meshes"][i], "name")); !done) {
+        if (auto done = readMesh(i, {}, textOf(document["meshes"][i], "name"), amountsOf(i));
+            !done) {
           return done.error();
         }
       }
@@ -103,10 +107,13 @@ class G4mfReader {
     for (const char* member : {"materials", "textures", "lights", "shapes", "skins"}) {
       if (document.contains(member) && !document[member].empty()) skipped.emplace_back(member);
     }
-    if (cameras_) skipped.emplace_back("cameras");
+    for (const std::string& member : skipped_) skipped.push_back(member);
     if (!skipped.empty()) {
       loaded_.losses.push_back(fmt::format("{}: {} are not read", file_.wrong("").where.text(),
                                            fmt::join(skipped, ", ")));
+    }
+    if (blended_) {
+      loaded_.notices.emplace_back("vertices are moved by blend shapes, as much as the file says");
     }
     loaded_.otherFiles = file_.otherFiles();
     return std::move(loaded_);
@@ -177,13 +184,19 @@ class G4mfReader {
     const json& node = file_.document()["nodes"][number];
     const auto placement = placementOf(node, above);
     if (!placement) return placement.error();
-    cameras_ = cameras_ || node.contains("camera");
+    if (node.contains("camera")) skipped_.insert("cameras");
+    if (node.contains("modelInstance")) skipped_.insert("models of other files");
     const auto instance = node.find("meshInstance");
     const bool isInstance = instance != node.end() && instance->is_object();
     const auto mesh = file_.index(isInstance ? *instance : node, "mesh", "meshes");
     if (!mesh) return mesh.error();
     if (*mesh) {
-      if (auto done = readMesh(**mesh, *placement, textOf(node, "name")); !done) return done;
+      const json& amounts = isInstance && instance->contains("blendAmounts")
+                                ? (*instance)["blendAmounts"]
+                                : amountsOf(**mesh);
+      if (auto done = readMesh(**mesh, *placement, textOf(node, "name"), amounts); !done) {
+        return done;
+      }
     }
     const auto children = node.find("children");
     if (children == node.end()) return {};
@@ -197,10 +210,86 @@ class G4mfReader {
     return {};
   }
 
-  Result<void> addVertices(std::uint64_t accessor, const Placement& placement,
-                           Mesh4dBuilder& builder) {
-    const auto numbers = file_.accessor(accessor);
+  /// How much of each blend shape a mesh has where its instance does not say so; null for nothing.
+  const json& amountsOf(std::uint64_t mesh) const {
+    static const json nothing;
+    const json& found = file_.document()["meshes"][mesh];
+    const auto blend = found.find("blend");
+    const bool has = blend != found.end() && blend->is_object() && blend->contains("amounts");
+    return has ? (*blend)["amounts"] : nothing;
+  }
+
+  /// Moves vertices by the blend shapes of a mesh.
+  Result<void> blend(std::uint64_t number, const json& amounts, std::vector<double>& vertices) {
+    if (amounts.is_null()) return {};
+    const json& mesh = file_.document()["meshes"][number];
+    const auto found = mesh.find("blend");
+    const bool hasShapes = found != mesh.end() && found->is_object() && found->contains("shapes") &&
+                           (*found)["shapes"].is_array();
+    const std::size_t count = hasShapes ? (*found)["shapes"].size() : 0;
+    const bool good = amounts.is_array() && amounts.size() == count &&
+                      std::ranges::all_of(amounts, [](const json& one) { return one.is_number(); });
+    if (!good) {
+      return file_.wrong(fmt::format("the amounts of the blend shapes of mesh {} are not {}",
+                                     number, model::counted(count, "number")));
+    }
+    for (std::size_t shape = 0; shape < count; ++shape) {
+      const auto amount = amounts[shape].get<double>();
+      const json& offsets = (*found)["shapes"][shape];
+      if (amount == 0 || !offsets.is_object() || !offsets.contains("position")) continue;
+      const std::string which = fmt::format("blend shape {} of mesh {}", shape, number);
+      if (auto done = displace(offsets["position"], amount, which, vertices); !done) return done;
+      blended_ = true;
+    }
+    return {};
+  }
+
+  /// Adds so much of the offsets of some vertices.
+  Result<void> displace(const json& position, double amount, const std::string& which,
+                        std::vector<double>& vertices) {
+    const auto indices = file_.index(position, "indices", "accessors");
+    if (!indices) return indices.error();
+    const auto offsets = file_.index(position, "offsets", "accessors");
+    if (!offsets) return offsets.error();
+    if (!*indices || !*offsets) return file_.wrong(which + " lacks indices or offsets");
+    const auto targets = file_.accessor(**indices, 1);
+    if (!targets) return targets.error();
+    const auto moves = file_.accessor(**offsets);
+    if (!moves) return moves.error();
+    if (moves->size() != 4 * targets->size()) {
+      return file_.wrong(fmt::format("{} has {} indices and {} offsets", which, targets->size(),
+                                     moves->size() / 4));
+    }
+    if (auto good = countElements(targets->size()); !good) return good;
+    for (std::size_t i = 0; i < targets->size(); ++i) {
+      const double target = (*targets)[i];
+      if (!(target >= 0 && target < static_cast<double>(vertices.size() / 4)) ||
+          target != std::floor(target)) {
+        return file_.wrong(
+            fmt::format("{} moves vertex {} of {}", which, target, vertices.size() / 4));
+      }
+      for (std::size_t k = 0; k < 4; ++k) {
+        vertices[4 * static_cast<std::size_t>(target) + k] += amount * (*moves)[4 * i + k];
+      }
+    }
+    return {};
+  }
+
+  Result<void> countElements(std::size_t more) {
+    elements_ += more;
+    if (elements_ <= kMostElementsPerByte * file_.bytes()) return {};
+    return fail(ErrorCode::Unsupported,
+                fmt::format("its nodes repeat meshes too often: {} vertices and tetrahedra from {} "
+                            "bytes",
+                            elements_, file_.bytes()),
+                file_.wrong("").where);
+  }
+
+  Result<void> addVertices(std::uint64_t mesh, std::uint64_t accessor, const Placement& placement,
+                           const json& amounts, Mesh4dBuilder& builder) {
+    auto numbers = file_.accessor(accessor);
     if (!numbers) return numbers.error();
+    if (auto done = blend(mesh, amounts, *numbers); !done) return done;
     const bool moved = !placement.basis.isIdentity(0) || !placement.position.isZero(0);
     builder.reserve(builder.vertexCount() + numbers->size() / 4, 0);
     for (std::size_t i = 0; i < numbers->size(); i += 4) {
@@ -211,8 +300,10 @@ class G4mfReader {
     return {};
   }
 
-  Result<void> readMesh(std::uint64_t number, const Placement& placement, const std::string& name) {
+  Result<void> readMesh(std::uint64_t number, const Placement& placement, const std::string& name,
+                        const json& amounts) {
     const json& mesh = file_.document()["meshes"][number];
+    if (mesh.contains("skin")) skipped_.insert("skins");
     const Place file = file_.wrong("").where;
     Mesh4dBuilder builder(placeIn(file, fmt::format("mesh {}", number)), [&](auto i) {
       return placeIn(file, fmt::format("mesh {}, element {}", number, i));
@@ -220,7 +311,8 @@ class G4mfReader {
     const auto shared = file_.index(mesh, "vertices", "accessors");
     if (!shared) return shared.error();
     if (*shared) {
-      if (auto added = addVertices(**shared, placement, builder); !added) return added;
+      if (auto added = addVertices(number, **shared, placement, amounts, builder); !added)
+        return added;
     }
     const auto surfaces = mesh.find("surfaces");
     if (surfaces == mesh.end() || !surfaces->is_array()) {
@@ -243,7 +335,8 @@ class G4mfReader {
         if (!own) return own.error();
         if (!*own) return file_.wrong(fmt::format("mesh {} has no vertices", number));
         first = builder.vertexCount();
-        if (auto added = addVertices(**own, placement, builder); !added) return added;
+        if (auto added = addVertices(number, **own, placement, amounts, builder); !added)
+          return added;
       }
       const std::size_t end = builder.vertexCount();
       const auto corners = file_.accessor(**cells);
@@ -266,14 +359,9 @@ class G4mfReader {
     if (!any) return {};
     auto body = std::move(builder).finish();
     if (!body) return body.error();
-    elements_ += body->bodies[0].vertices.size() + body->bodies[0].cells.size();
-    if (elements_ > kMostElementsPerByte * file_.bytes()) {
-      return fail(
-          ErrorCode::Unsupported,
-          fmt::format("its nodes repeat meshes too often: {} vertices and tetrahedra from {} "
-                      "bytes",
-                      elements_, file_.bytes()),
-          file_.wrong("").where);
+    if (auto good = countElements(body->bodies[0].vertices.size() + body->bodies[0].cells.size());
+        !good) {
+      return good;
     }
     body->bodies[0].name = name;
     loaded_.bodies.push_back(std::move(body->bodies[0]));
@@ -283,8 +371,9 @@ class G4mfReader {
 
   G4mfFile& file_;
   LoadedMesh4d loaded_;
-  std::vector<bool> seen_;  // nodes
-  bool cameras_ = false;
+  std::vector<bool> seen_;         // nodes
+  std::set<std::string> skipped_;  // what nodes and meshes have besides
+  bool blended_ = false;
   std::uint64_t elements_ = 0;  // vertices and tetrahedra so far
 };
 
