@@ -1,4 +1,7 @@
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <span>
 
 #include <openvdb/tools/MeshToVolume.h>
 #include <openvdb/tools/Prune.h>
@@ -9,34 +12,34 @@
 
 namespace t4d::voxel4d {
 
+using model::Point3;
+
 namespace {
 
-/// A mesh in voxel units, with the interface that OpenVDB expects.
+/// The surface of a solid in voxels, with the interface that OpenVDB expects.
 struct IndexSpaceMesh {
-  const model::TriangleMesh& mesh;
-  const Lattice& lattice;
-  Eigen::Vector3d origin;  // the point of the lattice that becomes 0
+  std::span<const Point3> points;
+  std::span<const model::Triangle> triangles;
+  Point3 origin;  // the point of the lattice that becomes 0
 
-  std::size_t polygonCount() const { return mesh.triangles.size(); }
-  std::size_t pointCount() const { return mesh.vertices.size(); }
+  std::size_t polygonCount() const { return triangles.size(); }
+  std::size_t pointCount() const { return points.size(); }
   std::size_t vertexCount(std::size_t /*triangle*/) const { return 3; }
   void getIndexSpacePoint(std::size_t triangle, std::size_t corner, openvdb::Vec3d& point) const {
-    const model::Point3 p =
-        (mesh.vertices[mesh.triangles[triangle][corner]] - lattice.origin) / lattice.voxelSize -
-        origin;
+    const Point3 p = points[triangles[triangle][corner]] - origin;
     point = {p.x(), p.y(), p.z()};
   }
 };
 
-/// A lattice point near the mesh, the corner of a leaf node, if it is far from point 0: OpenVDB
+/// A lattice point near the surface, the corner of a leaf node, if it is far from point 0: OpenVDB
 /// computes distances with float32 coordinates.
-openvdb::Coord originNear(const model::TriangleMesh& mesh, const Lattice& lattice) {
+openvdb::Coord originNear(std::span<const Point3> points) {
   constexpr double kFar = 1 << 16;
-  const model::Bounds3 bounds = boundsOf(mesh);
+  model::Bounds3 bounds;
+  for (const Point3& point : points) bounds.add(point);
   openvdb::Coord origin(0);
   for (int axis = 0; axis < 3; ++axis) {
-    const double middle =
-        (bounds.min[axis] / 2 + bounds.max[axis] / 2 - lattice.origin[axis]) / lattice.voxelSize;
+    const double middle = bounds.min[axis] / 2 + bounds.max[axis] / 2;
     if (std::abs(middle) > kFar) origin[axis] = static_cast<std::int32_t>(middle) / 8 * 8;
   }
   return origin;
@@ -57,15 +60,17 @@ openvdb::FloatTree::Ptr movedTree(const openvdb::FloatTree& from, float scale,
 }
 
 /// The distance from the surface near it, without a sign.
-openvdb::FloatGrid::Ptr distancesFrom(const model::TriangleMesh& mesh, const Lattice& lattice) {
+openvdb::FloatGrid::Ptr distancesFrom(const UnionSurface& surface, const Lattice& lattice) {
   // OpenVDB cannot compute with small voxels. Those are scaled by a power of two, which rounds
   // nothing.
   Lattice coarse = lattice;
   while (coarse.voxelSize < kFinestVoxel) coarse.voxelSize *= 2;
   coarse.origin.setZero();
-  const openvdb::Coord origin = originNear(mesh, lattice);
+  const openvdb::Coord origin = originNear(surface.points);
   auto grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(
-      IndexSpaceMesh{mesh, lattice, {double(origin.x()), double(origin.y()), double(origin.z())}},
+      IndexSpaceMesh{surface.points,
+                     surface.outer,
+                     {double(origin.x()), double(origin.y()), double(origin.z())}},
       *transformOf(coarse), kHalfWidth, kHalfWidth, openvdb::tools::UNSIGNED_DISTANCE_FIELD);
   const auto scale = static_cast<float>(lattice.voxelSize / coarse.voxelSize);
   if (scale != 1 || origin != openvdb::Coord(0)) {
@@ -77,11 +82,11 @@ openvdb::FloatGrid::Ptr distancesFrom(const model::TriangleMesh& mesh, const Lat
 
 }  // namespace
 
-openvdb::FloatGrid::Ptr levelSetOf(const model::TriangleMesh& mesh, const Lattice& lattice,
-                                   const Frame& inside) {
+openvdb::FloatGrid::Ptr levelSetOf(const Occupancy& occupancy, const Lattice& lattice) {
   // OpenVDB tells inside from outside by flooding from outside, which fills cavities. So it
   // computes only the distances, and we set the signs.
-  auto grid = distancesFrom(mesh, lattice);
+  const Frame& inside = occupancy.inside;
+  auto grid = distancesFrom(occupancy.surface, lattice);
   openvdb::FloatTree& tree = grid->tree();
   const float background = tree.background();
 
@@ -91,7 +96,9 @@ openvdb::FloatGrid::Ptr levelSetOf(const model::TriangleMesh& mesh, const Lattic
     const BlockMask mask = insideOf(inside, blockAt(leaves[i]->origin()));
     float* value = leaves[i]->buffer().data();
     for (unsigned j = 0; j < 512; ++j) {
-      if ((mask[j / 64] >> (j % 64) & 1U) != 0) value[j] = -value[j];
+      // A distance may be zero by rounding; an inside point needs a sign.
+      constexpr float kLeast = std::numeric_limits<float>::min();
+      if ((mask[j / 64] >> (j % 64) & 1U) != 0) value[j] = -std::max(value[j], kLeast);
     }
   });
   for (const InsideTile& tile : inside.tiles) {

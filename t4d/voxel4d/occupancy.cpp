@@ -10,6 +10,8 @@
 #include "t4d/model/distance.h"
 #include "t4d/model/surface_check.h"
 #include "t4d/model/voxel_size.h"
+#include "t4d/voxel4d/fixed_point.h"
+#include "t4d/voxel4d/union_surface.h"
 
 namespace t4d::voxel4d {
 
@@ -20,54 +22,41 @@ using model::TriangleMesh;
 
 namespace {
 
-__extension__ typedef __int128 Int128;  // NOLINT(modernize-use-using)
-
-/// Integer coordinates of a column's triangles, in units of a power of two of a voxel: below 2^60,
-/// so that the cross product of two differences fits in 128 bits.
-constexpr int kFixedBits = 60;
-
-struct FixedPoint {
-  std::int64_t x;
-  std::int64_t y;
-};
-
-/// The solid's vertices in voxels.
+/// A surface on a lattice: its vertices in voxels.
 struct Scene {
+  Scene(std::vector<Point3> vertices, std::span<const Triangle> all)
+      : points(std::move(vertices)), triangles(all), scale(points, all) {
+    fixed.reserve(points.size());
+    for (const Point3& point : points) fixed.push_back(scale.fixed(point));
+    onSurface = kOnSurface * scale.largest();
+    unit = scale.unit();
+  }
+
   std::vector<Point3> points;
-  std::vector<FixedPoint> fixed;
-  std::int64_t unit = 1;  // one voxel in fixed coordinates
-  double onSurface = 0;   // in voxels
   std::span<const Triangle> triangles;
+  FixedScale scale;
+  std::vector<FixedPoint> fixed;
+  std::int64_t unit;  // one voxel in fixed coordinates
+  double onSurface;   // in voxels
 };
 
-Scene sceneOf(const TriangleMesh& mesh, const Lattice& lattice) {
-  Scene scene;
-  scene.triangles = mesh.triangles;
-  scene.points.reserve(mesh.vertices.size());
-  double largest = 1;
+std::vector<Point3> pointsOnLattice(const TriangleMesh& mesh, const Lattice& lattice) {
+  std::vector<Point3> points;
+  points.reserve(mesh.vertices.size());
   for (const Point3& vertex : mesh.vertices) {
-    scene.points.emplace_back((vertex - lattice.origin) / lattice.voxelSize);
-    largest = std::max(largest, scene.points.back().cwiseAbs().maxCoeff());
+    points.emplace_back((vertex - lattice.origin) / lattice.voxelSize);
   }
-  scene.onSurface = kOnSurface * largest;
-  const int shift = kFixedBits - 1 - std::ilogb(largest);
-  scene.unit = std::int64_t{1} << shift;
-  scene.fixed.reserve(scene.points.size());
-  for (const Point3& p : scene.points) {
-    scene.fixed.push_back(
-        {std::llround(std::ldexp(p.x(), shift)), std::llround(std::ldexp(p.y(), shift))});
-  }
-  return scene;
+  return points;
 }
 
 /// On which side of the line from a to b a column lies: positive on the left. For the other
 /// triangle of this edge it is exactly the negative.
 struct Side {
   Side(const Scene& scene, const FixedPoint& a, const FixedPoint& b, std::int64_t x, std::int64_t y)
-      : stepX(-static_cast<Int128>(b.y - a.y) * scene.unit),
-        stepY(static_cast<Int128>(b.x - a.x) * scene.unit),
-        atRow(static_cast<Int128>(b.x - a.x) * (y * scene.unit - a.y) -
-              static_cast<Int128>(b.y - a.y) * (x * scene.unit - a.x)),
+      : stepX(-static_cast<Int128>(b[1] - a[1]) * scene.unit),
+        stepY(static_cast<Int128>(b[0] - a[0]) * scene.unit),
+        atRow(static_cast<Int128>(b[0] - a[0]) * (y * scene.unit - a[1]) -
+              static_cast<Int128>(b[1] - a[1]) * (x * scene.unit - a[0])),
         at(atRow),
         shifted(stepX != 0 ? stepX > 0 : stepY > 0) {}
 
@@ -101,14 +90,14 @@ void cross(const Scene& scene, const Triangle& triangle, std::int64_t xBegin, st
   const FixedPoint& a = scene.fixed[triangle[0]];
   const FixedPoint& b = scene.fixed[triangle[1]];
   const FixedPoint& c = scene.fixed[triangle[2]];
-  const Int128 area =
-      static_cast<Int128>(b.x - a.x) * (c.y - a.y) - static_cast<Int128>(b.y - a.y) * (c.x - a.x);
+  const Int128 area = static_cast<Int128>(b[0] - a[0]) * (c[1] - a[1]) -
+                      static_cast<Int128>(b[1] - a[1]) * (c[0] - a[0]);
   if (area == 0) return;
   const auto down = [&](std::int64_t v) { return v >= 0 ? v / scene.unit : ~(~v / scene.unit); };
-  const std::int64_t x0 = std::max(xBegin, down(std::min({a.x, b.x, c.x})));
-  const std::int64_t x1 = std::min(xEnd, down(std::max({a.x, b.x, c.x})));
-  const std::int64_t y0 = down(std::min({a.y, b.y, c.y}));
-  const std::int64_t y1 = down(std::max({a.y, b.y, c.y}));
+  const std::int64_t x0 = std::max(xBegin, down(std::min({a[0], b[0], c[0]})));
+  const std::int64_t x1 = std::min(xEnd, down(std::max({a[0], b[0], c[0]})));
+  const std::int64_t y0 = down(std::min({a[1], b[1], c[1]}));
+  const std::int64_t y1 = down(std::max({a[1], b[1], c[1]}));
   const double za = scene.points[triangle[0]].z();
   const double zb = scene.points[triangle[1]].z();
   const double zc = scene.points[triangle[2]].z();
@@ -140,12 +129,11 @@ void cross(const Scene& scene, const Triangle& triangle, std::int64_t xBegin, st
 /// Calls `found(x, y, z)` for each lattice point on the triangle with x in [xBegin, xEnd]. Along
 /// the axis nearest to the normal, only one point of each column can lie on it.
 template <class Found>
-void touch(const Scene& scene, const Triangle& triangle, std::int64_t xBegin, std::int64_t xEnd,
-           const Found& found) {
-  const Point3& a = scene.points[triangle[0]];
-  const Point3& b = scene.points[triangle[1]];
-  const Point3& c = scene.points[triangle[2]];
-  const double tolerance = scene.onSurface;
+void touch(std::span<const Point3> points, const Triangle& triangle, double tolerance,
+           std::int64_t xBegin, std::int64_t xEnd, const Found& found) {
+  const Point3& a = points[triangle[0]];
+  const Point3& b = points[triangle[1]];
+  const Point3& c = points[triangle[2]];
   const Point3 low = a.cwiseMin(b).cwiseMin(c);
   const Point3 high = a.cwiseMax(b).cwiseMax(c);
   Eigen::Matrix<std::int64_t, 3, 1> first;
@@ -215,31 +203,87 @@ BlockBox blockBoxOf(const Scene& scene) {
   return {{low(0), low(1), low(2)}, {high(0), high(1), high(2)}};
 }
 
+/// Triangles in voxels, and those that reach each block coordinate x, in increasing order.
+class Buckets {
+ public:
+  Buckets(std::span<const Point3> points, std::span<const Triangle> triangles, double onSurface,
+          const BlockBox& box)
+      : points_(points), triangles_(triangles), first_(slicesOf(box) + 1) {
+    const auto rangeOf = [&](const Triangle& t) {
+      const auto [low, high] = std::minmax({points[t[0]].x(), points[t[1]].x(), points[t[2]].x()});
+      const auto clamped = [&](std::int64_t x) {
+        return std::clamp(blockOf(x), box.min.x, box.max.x) - box.min.x;
+      };
+      // Columns that are on the surface up to rounding count as on it.
+      return std::pair(clamped(floorOf(low - onSurface)), clamped(ceilOf(high)));
+    };
+    for (const Triangle& triangle : triangles) {
+      const auto [low, high] = rangeOf(triangle);
+      for (auto i = low; i <= high; ++i) ++first_[i + 1];
+    }
+    for (std::size_t i = 1; i < first_.size(); ++i) first_[i] += first_[i - 1];
+    numbers_.resize(first_.back());
+    std::vector<std::size_t> next(first_.begin(), first_.end() - 1);
+    for (std::uint32_t number = 0; number < triangles.size(); ++number) {
+      const auto [low, high] = rangeOf(triangles[number]);
+      for (auto i = low; i <= high; ++i) numbers_[next[i]++] = number;
+    }
+  }
+
+  static std::size_t slicesOf(const BlockBox& box) {
+    return static_cast<std::size_t>(box.max.x - box.min.x) + 1;
+  }
+  std::span<const Point3> points() const { return points_; }
+  template <class Visit>
+  void visit(std::size_t slice, const Visit& visit) const {
+    for (std::size_t i = first_[slice]; i < first_[slice + 1]; ++i) visit(triangles_[numbers_[i]]);
+  }
+
+ private:
+  std::span<const Point3> points_;
+  std::span<const Triangle> triangles_;
+  std::vector<std::size_t> first_;
+  std::vector<std::uint32_t> numbers_;
+};
+
+/// The surface of a solid: all of it, which columns cross, and its parts that lattice points may be
+/// on.
+struct Parts {
+  const Buckets& all;
+  const Buckets& outer;  ///< points on it are outside
+  const Buckets& inner;  ///< points on it, but not on `outer`, are inside
+};
+
 /// All blocks with the same x. Lattice columns are numbered x + 8 y within it.
 class BlockSlice {
  public:
-  BlockSlice(const Scene& scene, const BlockBox& box, std::int32_t x,
-             std::span<const std::uint32_t> triangles)
+  BlockSlice(const Scene& scene, const BlockBox& box, std::int32_t x, const Parts& parts)
       : scene_(scene),
         box_(box),
         x_(x),
         yFirst_(std::int64_t{kBlockSize} * box.min.y),
         columns_(std::size_t{kBlockSize} * kBlockSize * (box.max.y - box.min.y + 1)) {
-    findCrossings(triangles);
-    findTouched(triangles);
+    const auto slice = static_cast<std::size_t>(x - box.min.x);
+    findCrossings(parts.all, slice);
+    onOuter_ = touched(parts.outer, slice);
+    onInner_ = touched(parts.inner, slice);
     std::vector<BlockMask> row(box.max.z - box.min.z + 1);
     for (std::int32_t y = box.min.y; y <= box.max.y; ++y) fillRow(y, row);
   }
 
   std::vector<Block> blocks;
   std::vector<InsideTile> tiles;
+  /// Whether a column crosses the surface within the solid.
+  bool overlaps = false;
+  /// The points on the outer surface that their columns have inside.
+  std::vector<Coord> removed;
 
  private:
   std::size_t columnOf(std::int64_t x, std::int64_t y) const {
     return static_cast<std::size_t>((x & 7) + kBlockSize * (y - yFirst_));
   }
 
-  void findCrossings(std::span<const std::uint32_t> triangles) {
+  void findCrossings(const Buckets& triangles, std::size_t slice) {
     const std::int64_t xBegin = std::int64_t{kBlockSize} * x_;
     struct Found {
       std::size_t column;
@@ -247,14 +291,14 @@ class BlockSlice {
     };
     std::vector<Found> found;
     first_.assign(columns_ + 1, 0);
-    for (const std::uint32_t index : triangles) {
-      cross(scene_, scene_.triangles[index], xBegin, xBegin + kBlockSize - 1,
+    triangles.visit(slice, [&](const Triangle& triangle) {
+      cross(scene_, triangle, xBegin, xBegin + kBlockSize - 1,
             [&](std::int64_t x, std::int64_t y, double z, int winding) {
               const std::size_t column = columnOf(x, y);
               ++first_[column + 1];
               found.push_back({column, {z, winding}});
             });
-    }
+    });
     for (std::size_t i = 0; i < columns_; ++i) first_[i + 1] += first_[i];
     crossings_.resize(found.size());
     std::vector<std::size_t> next(first_.begin(), first_.end() - 1);
@@ -266,17 +310,32 @@ class BlockSlice {
     }
   }
 
-  void findTouched(std::span<const std::uint32_t> triangles) {
+  /// The lattice points on triangles, by increasing y.
+  std::vector<Coord> touched(const Buckets& triangles, std::size_t slice) const {
     const std::int64_t xBegin = std::int64_t{kBlockSize} * x_;
-    for (const std::uint32_t index : triangles) {
-      touch(scene_, scene_.triangles[index], xBegin, xBegin + kBlockSize - 1,
+    std::vector<Coord> found;
+    triangles.visit(slice, [&](const Triangle& triangle) {
+      touch(triangles.points(), triangle, scene_.onSurface, xBegin, xBegin + kBlockSize - 1,
             [&](std::int64_t x, std::int64_t y, std::int64_t z) {
-              touched_.push_back({static_cast<std::int32_t>(x), static_cast<std::int32_t>(y),
-                                  static_cast<std::int32_t>(z)});
+              found.push_back({static_cast<std::int32_t>(x), static_cast<std::int32_t>(y),
+                               static_cast<std::int32_t>(z)});
             });
+    });
+    std::sort(found.begin(), found.end(), [](const Coord& a, const Coord& b) { return a.y < b.y; });
+    return found;
+  }
+
+  /// Calls `set(point, word, bit)` for each of `points` in a row of blocks, of which those with
+  /// smaller y have been visited.
+  template <class Set>
+  void visitRow(const std::vector<Coord>& points, std::size_t& next, std::int32_t y,
+                std::vector<BlockMask>& row, const Set& set) const {
+    for (; next < points.size() && blockOf(points[next].y) <= y; ++next) {
+      const Coord& c = points[next];
+      const std::int32_t block = blockOf(c.z) - box_.min.z;
+      if (blockOf(c.y) < y || block < 0 || static_cast<std::size_t>(block) >= row.size()) continue;
+      set(c, row[block][c.x & 7], std::uint64_t{1} << (8 * (c.y & 7) + (c.z & 7)));
     }
-    std::sort(touched_.begin(), touched_.end(),
-              [](const Coord& a, const Coord& b) { return a.y < b.y; });
   }
 
   void fillRow(std::int32_t y, std::vector<BlockMask>& row) {
@@ -285,12 +344,13 @@ class BlockSlice {
     for (std::int64_t yy = yBegin; yy < yBegin + kBlockSize; ++yy) {
       for (std::int64_t xx = 0; xx < kBlockSize; ++xx) fillColumn(xx, yy, row);
     }
-    while (nextTouched_ < touched_.size() && touched_[nextTouched_].y < yBegin + kBlockSize) {
-      const Coord& c = touched_[nextTouched_++];
-      const std::int32_t block = blockOf(c.z) - box_.min.z;
-      if (block < 0 || static_cast<std::size_t>(block) >= row.size()) continue;
-      row[block][c.x & 7] &= ~(std::uint64_t{1} << (8 * (c.y & 7) + (c.z & 7)));
-    }
+    visitRow(onInner_, nextInner_, y, row,
+             [](const Coord& /*point*/, std::uint64_t& word, std::uint64_t bit) { word |= bit; });
+    visitRow(onOuter_, nextOuter_, y, row,
+             [&](const Coord& point, std::uint64_t& word, std::uint64_t bit) {
+               if ((word & bit) != 0) removed.push_back(point);
+               word &= ~bit;
+             });
     for (std::size_t i = 0; i < row.size(); ++i) {
       const Coord coord{x_, y, box_.min.z + static_cast<std::int32_t>(i)};
       std::uint64_t any = 0;
@@ -307,15 +367,21 @@ class BlockSlice {
     }
   }
 
-  void fillColumn(std::int64_t x, std::int64_t y, std::vector<BlockMask>& row) const {
+  void fillColumn(std::int64_t x, std::int64_t y, std::vector<BlockMask>& row) {
     const std::size_t column = columnOf(x, y);
     const std::int64_t zMin = std::int64_t{kBlockSize} * box_.min.z;
     const std::int64_t zMax = std::int64_t{kBlockSize} * box_.max.z + kBlockSize - 1;
     const auto shift = static_cast<unsigned>(8 * (y & 7));
     int winding = 0;
     for (std::size_t i = first_[column]; i + 1 < first_[column + 1]; ++i) {
+      const bool within = winding != 0;
       winding += crossings_[i].winding;
-      if (winding == 0) continue;
+      if (winding == 0) {
+        // The end of one solid may be the begin of the next.
+        overlaps = overlaps || crossings_[i + 1].z - crossings_[i].z <= scene_.onSurface;
+        continue;
+      }
+      overlaps = overlaps || within;
       const std::int64_t begin = std::max(zMin, floorOf(crossings_[i].z) + 1);
       const std::int64_t end = std::min(zMax + 1, ceilOf(crossings_[i + 1].z));
       for (std::int64_t z = begin; z < end;) {
@@ -334,40 +400,47 @@ class BlockSlice {
   std::size_t columns_;
   std::vector<std::size_t> first_;  // index of the first crossing of column i
   std::vector<Crossing> crossings_;
-  std::vector<Coord> touched_;  // by increasing y
-  std::size_t nextTouched_ = 0;
+  std::vector<Coord> onOuter_;
+  std::size_t nextOuter_ = 0;
+  std::vector<Coord> onInner_;
+  std::size_t nextInner_ = 0;
 };
 
-/// For each block coordinate x, the triangles that reach it, in increasing order.
-struct Buckets {
-  std::vector<std::size_t> first;
-  std::vector<std::uint32_t> triangles;
-};
-
-Buckets bucketsOf(const Scene& scene, const BlockBox& box) {
-  const auto rangeOf = [&](const Triangle& t) {
-    const auto [low, high] =
-        std::minmax({scene.points[t[0]].x(), scene.points[t[1]].x(), scene.points[t[2]].x()});
-    const auto clamped = [&](std::int64_t x) {
-      return std::clamp(blockOf(x), box.min.x, box.max.x) - box.min.x;
-    };
-    // Columns that are on the surface up to rounding count as on it.
-    return std::pair(clamped(floorOf(low - scene.onSurface)), clamped(ceilOf(high)));
+/// Sets the blocks and tiles of a frame. Returns whether parts of the surface seem to lie within
+/// the solid: a column crosses them, or a point on the surface is between two inside points.
+bool fill(const Scene& scene, const BlockBox& box, const Parts& parts, Frame& frame) {
+  struct Found {
+    std::vector<Block> blocks;
+    std::vector<InsideTile> tiles;
+    std::vector<Coord> removed;
+    bool overlaps = false;
   };
-  Buckets buckets;
-  buckets.first.assign(static_cast<std::size_t>(box.max.x - box.min.x) + 2, 0);
-  for (const Triangle& triangle : scene.triangles) {
-    const auto [low, high] = rangeOf(triangle);
-    for (auto i = low; i <= high; ++i) ++buckets.first[i + 1];
+  std::vector<Found> slices(Buckets::slicesOf(box));
+  tbb::parallel_for(std::size_t{0}, slices.size(), [&](std::size_t i) {
+    BlockSlice slice(scene, box, box.min.x + static_cast<std::int32_t>(i), parts);
+    slices[i] = {std::move(slice.blocks), std::move(slice.tiles), std::move(slice.removed),
+                 slice.overlaps};
+  });
+  frame.blocks.clear();
+  frame.tiles.clear();
+  for (const Found& slice : slices) {
+    frame.blocks.insert(frame.blocks.end(), slice.blocks.begin(), slice.blocks.end());
+    frame.tiles.insert(frame.tiles.end(), slice.tiles.begin(), slice.tiles.end());
   }
-  for (std::size_t i = 1; i < buckets.first.size(); ++i) buckets.first[i] += buckets.first[i - 1];
-  buckets.triangles.resize(buckets.first.back());
-  std::vector<std::size_t> next(buckets.first.begin(), buckets.first.end() - 1);
-  for (std::uint32_t index = 0; index < scene.triangles.size(); ++index) {
-    const auto [low, high] = rangeOf(scene.triangles[index]);
-    for (auto i = low; i <= high; ++i) buckets.triangles[next[i]++] = index;
-  }
-  return buckets;
+  const auto isInside = [&](const Coord& point) {
+    const BlockMask mask = insideOf(frame, {blockOf(point.x), blockOf(point.y), blockOf(point.z)});
+    return (mask[point.x & 7] >> (8 * (point.y & 7) + (point.z & 7)) & 1U) != 0;
+  };
+  const auto isBetween = [&](const Coord& p) {
+    return (isInside({p.x - 1, p.y, p.z}) && isInside({p.x + 1, p.y, p.z})) ||
+           (isInside({p.x, p.y - 1, p.z}) && isInside({p.x, p.y + 1, p.z})) ||
+           (isInside({p.x, p.y, p.z - 1}) && isInside({p.x, p.y, p.z + 1}));
+  };
+  tbb::parallel_for(std::size_t{0}, slices.size(), [&](std::size_t i) {
+    Found& slice = slices[i];
+    slice.overlaps = slice.overlaps || std::ranges::any_of(slice.removed, isBetween);
+  });
+  return std::ranges::any_of(slices, [](const Found& slice) { return slice.overlaps; });
 }
 
 }  // namespace
@@ -411,31 +484,37 @@ Result<void> checkVoxelizable(const TriangleMesh& mesh, const Lattice& lattice) 
   return {};
 }
 
-Result<Frame> occupancy(const TriangleMesh& mesh, const Lattice& lattice, double time) {
+Result<Occupancy> occupancyOf(const TriangleMesh& mesh, const Lattice& lattice, double time) {
   if (auto checked = checkVoxelizable(mesh, lattice); !checked) return checked.error();
-  Frame frame;
-  frame.time = time;
-  if (mesh.triangles.empty()) return frame;
-  const Scene scene = sceneOf(mesh, lattice);
+  Occupancy found;
+  found.inside.time = time;
+  if (mesh.triangles.empty()) return found;
+  const Scene scene(pointsOnLattice(mesh, lattice), mesh.triangles);
   const BlockBox box = blockBoxOf(scene);
-  const Buckets buckets = bucketsOf(scene, box);
-
-  struct Found {
-    std::vector<Block> blocks;
-    std::vector<InsideTile> tiles;
-  };
-  std::vector<Found> slices(buckets.first.size() - 1);
-  tbb::parallel_for(std::size_t{0}, slices.size(), [&](std::size_t i) {
-    BlockSlice slice(scene, box, box.min.x + static_cast<std::int32_t>(i),
-                     std::span(buckets.triangles)
-                         .subspan(buckets.first[i], buckets.first[i + 1] - buckets.first[i]));
-    slices[i] = {std::move(slice.blocks), std::move(slice.tiles)};
-  });
-  for (const Found& slice : slices) {
-    frame.blocks.insert(frame.blocks.end(), slice.blocks.begin(), slice.blocks.end());
-    frame.tiles.insert(frame.tiles.end(), slice.tiles.begin(), slice.tiles.end());
+  const Buckets all(scene.points, scene.triangles, scene.onSurface, box);
+  if (!hasOverlappingComponents(scene.points, scene.triangles, scene.onSurface)) {
+    // What lies within a solid of one component is rare, and shows here where it matters.
+    const Buckets none({}, {}, 0, box);
+    if (!fill(scene, box, {all, all, none}, found.inside)) {
+      found.surface = {scene.points, mesh.triangles, {}};
+      return found;
+    }
   }
-  return frame;
+  auto surface = unionSurface(scene.points, scene.triangles, scene.onSurface);
+  if (!surface) return surface.error();
+  found.surface = std::move(*surface);
+  const auto bucketsOf = [&](const std::vector<Triangle>& triangles) {
+    return Buckets(found.surface.points, triangles, scene.onSurface, box);
+  };
+  fill(scene, box, {all, bucketsOf(found.surface.outer), bucketsOf(found.surface.inner)},
+       found.inside);
+  return found;
+}
+
+Result<Frame> occupancy(const TriangleMesh& mesh, const Lattice& lattice, double time) {
+  auto found = occupancyOf(mesh, lattice, time);
+  if (!found) return found.error();
+  return std::move(found->inside);
 }
 
 BlockMask insideOf(const Frame& frame, const Coord& block) {

@@ -4,6 +4,7 @@
 
 #include "t4d/model/triangle_mesh.h"
 #include "t4d/voxel4d/frame.h"
+#include "t4d/voxel4d/union_surface.h"
 
 namespace t4d::voxel4d {
 
@@ -23,9 +24,17 @@ inline constexpr double kMaxBoxPoints = 68'719'476'736.0;
 /// many lattice points in its box or too far from the origin; the error says how many or how far.
 Result<void> checkVoxelizable(const model::TriangleMesh& mesh, const Lattice& lattice);
 
-/// The lattice points strictly inside `mesh`: those with a non-zero winding number. A point on the
-/// surface (see kOnSurface) is outside. Self-intersections, cavities, several components and
-/// triangles without area are allowed; the empty mesh has nothing inside.
+/// What is inside a mesh on a lattice.
+struct Occupancy {
+  Frame inside;
+  UnionSurface surface;  ///< in voxels
+};
+
+/// The lattice points strictly inside the union of all that `mesh` encloses. A point away from the
+/// surface is inside if its winding number is not zero. A point on the surface (see kOnSurface) is
+/// outside, unless the surface about it lies within the union, such as the faces along which solids
+/// overlap or touch. Self-intersections, cavities, several components and triangles without area
+/// are allowed; the empty mesh has nothing inside.
 ///
 /// For every lattice column along z, the triangles that it crosses are sorted and their windings
 /// summed. Which triangles a column crosses is decided in exact arithmetic, for the column shifted
@@ -33,6 +42,9 @@ Result<void> checkVoxelizable(const model::TriangleMesh& mesh, const Lattice& la
 /// number of triangles.
 ///
 /// The frame has no values; every tile is one block.
+Result<Occupancy> occupancyOf(const model::TriangleMesh& mesh, const Lattice& lattice, double time);
+
+/// The frame of occupancyOf.
 Result<Frame> occupancy(const model::TriangleMesh& mesh, const Lattice& lattice, double time);
 
 /// The inside points of one block of `frame`, found by binary search.

@@ -5,6 +5,7 @@
 
 #include "t4d/model/triangle_mesh.h"
 #include "t4d/voxel4d/frame.h"
+#include "t4d/voxel4d/occupancy.h"
 #include "t4d/voxel4d/openvdb_grids.h"
 
 /// Conversion between OpenVDB grids and frames. For the sources of this folder only: public headers
@@ -63,9 +64,8 @@ openvdb::BoolGrid::Ptr boolGridOf(const Frame& frame, const Lattice& lattice);
 inline constexpr float kHalfWidth = 3;
 
 /// The signed distance from a solid as a level set with a narrow band of kHalfWidth voxels on
-/// either side. `inside` is occupancy(mesh, lattice) and gives the sign, so that cavities and
-/// self-intersections are treated alike in both.
-openvdb::FloatGrid::Ptr levelSetOf(const model::TriangleMesh& mesh, const Lattice& lattice,
-                                   const Frame& inside);
+/// either side. Its inside points are those of `occupancy`, and its distances are from the surface
+/// that bounds them, whatever other parts of the mesh lie within the solid.
+openvdb::FloatGrid::Ptr levelSetOf(const Occupancy& occupancy, const Lattice& lattice);
 
 }  // namespace t4d::voxel4d

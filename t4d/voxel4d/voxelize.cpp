@@ -31,32 +31,46 @@ Result<Voxels> voxelsOf(const SolidAtTime& solid, double time, const Lattice& la
   };
   auto mesh = solid(time);
   if (!mesh) return mesh.error();
-  auto inside = occupancy(*mesh, lattice, time);
-  if (!inside) return withTime(inside.error());
-  Voxels voxels{std::move(*inside), nullptr};
-  if (mask) return voxels;
+  auto occupancy = occupancyOf(*mesh, lattice, time);
+  if (!occupancy) return withTime(occupancy.error());
+  Voxels voxels;
+  if (mask) {
+    voxels.inside = std::move(occupancy->inside);
+    return voxels;
+  }
   try {
     initializeOpenVdb();
-    voxels.levelSet = levelSetOf(*mesh, lattice, voxels.inside);
+    voxels.levelSet = levelSetOf(*occupancy, lattice);
   } catch (const std::exception& exception) {
     return withTime({ErrorCode::Failed, fmt::format("OpenVDB: {}", exception.what()), {}, {}});
   }
+  voxels.inside = std::move(occupancy->inside);
   return voxels;
 }
 
 class VoxelFrames : public FrameSource {
  public:
   VoxelFrames(SolidAtTime solid, std::vector<double> times, const VoxelizeOptions& options)
-      : solid_(std::move(solid)), times_(std::move(times)), mask_(options.mask) {
+      : solid_(std::move(solid)),
+        times_(std::move(times)),
+        mask_(options.mask),
+        places_(options.places) {
     lattice_.voxelSize = options.voxelSize;
   }
 
   const Lattice& lattice() const override { return lattice_; }
   std::size_t frameCount() const override { return times_.size(); }
+  Place placeOf(std::size_t index) const override {
+    return places_.empty() ? FrameSource::placeOf(index) : places_[index];
+  }
 
   Result<Frame> frame(std::size_t index) override {
     auto voxels = voxelsOf(solid_, times_[index], lattice_, mask_);
-    if (!voxels) return voxels.error();
+    if (!voxels) {
+      Error error = voxels.error();
+      if (error.where.empty() && !places_.empty()) error.where = places_[index];
+      return error;
+    }
     if (mask_) return std::move(voxels->inside);
     return frameOf({voxels->levelSet, nullptr}, times_[index], {},
                    fmt::format("the solid at time {}", times_[index]));
@@ -67,6 +81,7 @@ class VoxelFrames : public FrameSource {
   std::vector<double> times_;
   Lattice lattice_;
   bool mask_;
+  std::vector<Place> places_;
 };
 
 }  // namespace

@@ -24,6 +24,9 @@ struct VoxelizeOptions {
   /// The share of the frames that is written, under the names that they have in the whole series.
   /// What is inside in the frame after them is looked at, too: for the parts that are lost.
   model::Part part = {};
+  /// The places of errors about each frame of voxelFrames, such as its file; without them, its
+  /// number.
+  std::vector<Place> places = {};
 };
 
 /// The solid at each of `times`, computed when its frame is requested. Fails if checkVoxelizable or

@@ -299,6 +299,84 @@ TEST(Voxelize, LevelSetsAreTheSameFarFromTheOrigin) {
   }
 }
 
+/// A box as one component of a mesh.
+void addBox(TriangleMesh& mesh, const Point3& low, const Point3& high) {
+  const TriangleMesh box = fixtures::cube(1);
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+  for (const Point3& corner : box.vertices) {
+    mesh.vertices.emplace_back((corner.array() < 0).select(low, high));
+  }
+  for (const auto& [a, b, c] : box.triangles) {
+    mesh.triangles.push_back({first + a, first + b, first + c});
+  }
+}
+
+TEST(Voxelize, PartsThatOverlapOrTouchAreTheirUnion) {
+  TriangleMesh whole;
+  addBox(whole, {0.5, 0, 0}, {2, 1, 1});
+  std::vector<TriangleMesh> parted(5);
+  // Overlapping; touching; one within the other, with common faces and without; with other corners.
+  addBox(parted[0], {0.5, 0, 0}, {1.5, 1, 1});
+  addBox(parted[0], {1, 0, 0}, {2, 1, 1});
+  addBox(parted[1], {0.5, 0, 0}, {1.2, 1, 1});
+  addBox(parted[1], {1.2, 0, 0}, {2, 1, 1});
+  parted[2] = whole;
+  addBox(parted[2], {1, 0, 0.2}, {1.6, 0.5, 1});
+  parted[3] = whole;
+  addBox(parted[3], {0.8, 0.2, 0.2}, {1.5, 0.8, 0.7});
+  addBox(parted[4], {0.5, 0, 0}, {1.7, 0.6, 1});
+  addBox(parted[4], {0.5, 0.3, 0}, {2, 1, 1});
+  addBox(parted[4], {1, 0, 0}, {2, 0.4, 1});
+  for (std::size_t i = 0; i < parted.size(); ++i) {
+    for (const double shift : {0.0, 0.037}) {
+      model::ScrewRun run{1, {}, 1};
+      run.screw.translation = {0.3, 0.15, 0};
+      model::Motion motion = *model::chainScrews(0, std::vector{run});
+      const auto framesOf = [&](TriangleMesh mesh, bool mask) {
+        for (Point3& vertex : mesh.vertices) vertex.array() += shift;
+        return voxelFrames(movingSolid(std::move(mesh), motion), {0, 0.5, 1}, {0.1, mask});
+      };
+      for (const bool mask : {false, true}) {
+        SCOPED_TRACE(std::to_string(i) + (mask ? " mask " : " ") + std::to_string(shift));
+        const auto expected = framesOf(whole, mask);
+        const auto found = framesOf(parted[i], mask);
+        for (std::size_t k = 0; k < 3; ++k) {
+          const auto a = expected->frame(k);
+          const auto b = found->frame(k);
+          ASSERT_TRUE(a && b) << b.error().text();
+          ASSERT_EQ(countInside(*a), countInside(*b));
+          ASSERT_EQ(a->tiles.size(), b->tiles.size());
+          ASSERT_EQ(a->blocks.size(), b->blocks.size());
+          for (std::size_t block = 0; block < a->blocks.size(); ++block) {
+            ASSERT_EQ(a->blocks[block].coord, b->blocks[block].coord);
+            ASSERT_EQ(a->blocks[block].inside, b->blocks[block].inside);
+            for (unsigned j = 0; j < 512 && !mask; ++j) {
+              const double distance = a->blocks[block].values.at(j);
+              // Farther away, OpenVDB's distances depend on how faces are divided.
+              if (std::abs(distance) > 0.1) continue;
+              ASSERT_NEAR(b->blocks[block].values.at(j), distance, 1e-7);
+            }
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(Voxelize, ErrorsNameTheFrame) {
+  const SolidAtTime failing = [](double time) -> Result<TriangleMesh> {
+    TriangleMesh mesh = fixtures::cube(4);
+    if (time == 1) mesh.triangles.pop_back();
+    return mesh;
+  };
+  const auto frames = voxelFrames(failing, {0, 1}, {.places = {Place("a.stl"), Place("b.stl")}});
+  EXPECT_EQ(frames->placeOf(1).text(), "b.stl");
+  ASSERT_TRUE(frames->frame(0));
+  const auto frame = frames->frame(1);
+  ASSERT_FALSE(frame);
+  EXPECT_EQ(frame.error().text().substr(0, 32), "b.stl: at time 1: the mesh is op");
+}
+
 TEST(Voxelize, ErrorsSayWhen) {
   EXPECT_EQ(errorOf(fixtures::cube(4), {.voxelSize = 0}),
             "voxels of 0 are requested; 1e-30 to 1e+30 are possible");
