@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -6,8 +7,10 @@
 
 #include <fmt/format.h>
 
+#include "t4d/system/regular_file.h"
 #include "t4d/voxel4d/volumes/header_text.h"
 #include "t4d/voxel4d/volumes/headers.h"
+#include "t4d/voxel4d/volumes/sample_reader.h"
 
 namespace t4d::voxel4d {
 namespace {
@@ -120,18 +123,26 @@ class Header {
       }
       if (line.front() == '#') continue;
       const auto colon = line.find(": ");
-      if (line.find(":=") < colon) continue;  // a key and a value of somebody's own
       const Place where = {header.where, number};
+      if (const auto assigned = line.find(":="); assigned < colon) {
+        // A key and a value of somebody's own, of which NRRD takes the last.
+        header.keys_.insert_or_assign(line.substr(0, assigned), trimmed(line.substr(assigned + 2)));
+        continue;
+      }
       if (colon == std::string::npos) {
         return invalid(fmt::format("found '{}', expected 'FIELD: VALUE'", shown(line)), where);
       }
       const std::string field = line.substr(0, colon);
-      const auto [value, isNew] =
-          header.fields_.emplace(keyOf(field), trimmed(line.substr(colon + 2)));
-      if (!isNew) {
-        return invalid(fmt::format("has the field '{}' a second time", shown(field)), where);
+      const std::string value = trimmed(line.substr(colon + 2));
+      const auto [first, isNew] = header.fields_.emplace(keyOf(field), value);
+      // Programs that copy a header may write a field of their own again.
+      if (!isNew && first->second != value) {
+        return invalid(
+            fmt::format("has the field '{}' a second time, now with the value '{}' instead of '{}'",
+                        shown(field), shown(value), shown(first->second)),
+            where);
       }
-      if (keyOf(field) == "datafile" && value->second.starts_with("LIST")) {
+      if (keyOf(field) == "datafile" && value.starts_with("LIST")) {
         while (takeLine(*file, line, bytes)) {
           if (!line.empty()) header.list.push_back(line);
         }
@@ -146,6 +157,11 @@ class Header {
   std::string operator()(const std::string& field) const {
     const auto found = fields_.find(keyOf(field));
     return found == fields_.end() ? std::string() : found->second;
+  }
+  /// The value of a key of somebody's own; empty if it is not there.
+  std::string ofKey(const std::string& key) const {
+    const auto found = keys_.find(key);
+    return found == keys_.end() ? std::string() : found->second;
   }
   /// A value of a fixed set, which is compared without case.
   std::string word(const std::string& field) const { return lowerCase((*this)(field)); }
@@ -191,6 +207,8 @@ class Header {
   std::vector<std::string> list;  // of data files
 
  private:
+  using Values = std::map<std::string, std::string>;
+
   static std::string keyOf(std::string field) {
     std::erase(field, ' ');
     return lowerCase(std::move(field));
@@ -202,13 +220,17 @@ class Header {
     return true;
   }
 
-  std::map<std::string, std::string> fields_;
+  Values fields_;
+  Values keys_;
   std::optional<std::uint64_t> end_;
 };
 
-/// "(1,0,0) none (0, 1, 0)": a vector or nothing for each.
-std::optional<std::vector<std::optional<Eigen::Vector3d>>> vectorsIn(const std::string& text) {
-  std::vector<std::optional<Eigen::Vector3d>> vectors;
+/// Vectors of a space, whose fourth number is the time, and 0 in a space of three dimensions.
+using SpaceVectors = std::vector<std::optional<Eigen::Vector4d>>;
+
+/// "(1,0,0) none (0, 1, 0)": a vector of `dimension` numbers or nothing for each.
+std::optional<SpaceVectors> vectorsIn(const std::string& text, std::size_t dimension) {
+  SpaceVectors vectors;
   for (std::size_t at = 0;;) {
     at = text.find_first_not_of(" \t", at);
     if (at == std::string::npos) return vectors;
@@ -222,15 +244,17 @@ std::optional<std::vector<std::optional<Eigen::Vector3d>>> vectorsIn(const std::
     std::string inside = text.substr(at + 1, close - at - 1);
     std::ranges::replace(inside, ',', ' ');
     const auto words = wordsOf(inside);
-    if (words.size() != 3) return std::nullopt;
-    Eigen::Vector3d vector;
-    for (int i = 0; i < 3; ++i) {
+    if (words.size() != dimension) return std::nullopt;
+    Eigen::Vector4d vector = Eigen::Vector4d::Zero();
+    bool isKnown = false;
+    for (std::size_t i = 0; i < dimension; ++i) {
       const auto number = numberIn<double>(words[i]);
       if (!number) return std::nullopt;
-      vector[i] = *number;
+      vector[static_cast<Eigen::Index>(i)] = *number;
+      isKnown = isKnown || !std::isnan(*number);
     }
     vectors.emplace_back();
-    if (!vector.array().isNaN().all()) vectors.back() = vector;  // old files have nan for none
+    if (isKnown) vectors.back() = vector;  // old files have nan for none
     at = close + 1;
   }
 }
@@ -278,10 +302,77 @@ Result<void> placeByMins(const Header& header, const std::optional<std::size_t>&
   return {};
 }
 
+/// A space: its name without the time, and its dimensions with it.
+struct Space {
+  std::string name;
+  std::size_t dimension = 3;
+
+  std::string_view vector() const { return dimension == 4 ? "(x,y,z,t)" : "(x,y,z)"; }
+};
+
+Result<Space> spaceOf(const Header& header) {
+  Space space{header.word("space")};
+  static const std::map<std::string, std::string> kShort = {
+      {"rast", "right-anterior-superior-time"},
+      {"last", "left-anterior-superior-time"},
+      {"lpst", "left-posterior-superior-time"},
+      {"ras", "right-anterior-superior"},
+      {"las", "left-anterior-superior"},
+      {"lps", "left-posterior-superior"},
+      {"3drh", "3d-right-handed"},
+      {"3dlh", "3d-left-handed"},
+      {"3drht", "3d-right-handed-time"},
+      {"3dlht", "3d-left-handed-time"}};
+  if (const auto found = kShort.find(space.name); found != kShort.end()) space.name = found->second;
+  constexpr std::string_view kTime = "-time";
+  if (space.name.ends_with(kTime)) {
+    space.name.resize(space.name.size() - kTime.size());
+    space.dimension = 4;
+  }
+  constexpr std::array<std::string_view, 6> kNames = {
+      "right-anterior-superior", "left-anterior-superior", "left-posterior-superior", "scanner-xyz",
+      "3d-right-handed",         "3d-left-handed"};
+  if (!space.name.empty() && std::ranges::find(kNames, space.name) == kNames.end()) {
+    return header.wrong("space",
+                        "is not known; NRRD has right-anterior-superior, "
+                        "left-anterior-superior, left-posterior-superior, scanner-xyz, "
+                        "3D-right-handed and 3D-left-handed, each also with -time");
+  }
+  const std::string dimension = header("space dimension");
+  if (dimension.empty()) return space;
+  if (dimension != "3" && dimension != "4") {
+    return header.wrong("space dimension", "is not 3, or 4 with the time");
+  }
+  const std::size_t given = dimension == "3" ? 3 : 4;
+  if (!space.name.empty() && given != space.dimension) {
+    return header.wrong("space dimension", fmt::format("contradicts the space '{}', which has {}",
+                                                       shown(header("space")), space.dimension));
+  }
+  space.dimension = given;
+  return space;
+}
+
+/// The axis along which the time of a space of four dimensions changes, if there is one.
+Result<std::optional<std::size_t>> timeAxisInSpace(const Header& header,
+                                                   const SpaceVectors& directions) {
+  std::optional<std::size_t> time;
+  for (std::size_t i = 0; i < directions.size(); ++i) {
+    if (!directions[i] || (*directions[i])[3] == 0) continue;
+    if (time || !directions[i]->head<3>().isZero(0)) {
+      return header.wrong("space directions",
+                          "mixes space and time; expected the fourth number to be other than 0 for "
+                          "one axis, the time, and the first three to be 0 there");
+    }
+    time = i;
+  }
+  return time;
+}
+
 /// Which axis is the time, if one is.
-Result<std::optional<std::size_t>> timeAxisOf(
-    const Header& header, const std::vector<std::optional<Eigen::Vector3d>>& directions,
-    std::size_t count) {
+Result<std::optional<std::size_t>> timeAxisOf(const Header& header, const SpaceVectors& directions,
+                                              std::size_t count) {
+  const auto inSpace = timeAxisInSpace(header, directions);
+  if (!inSpace) return inSpace.error();
   const auto kinds = wordsOf(header.word("kinds"));
   if (!kinds.empty() && kinds.size() != count) {
     return header.wrong("kinds", fmt::format("does not have a word for each of {} axes", count));
@@ -297,7 +388,7 @@ Result<std::optional<std::size_t>> timeAxisOf(
                                                "numbers",
                                                shown(kind)));
     }
-    if (!ofTime && !bare) continue;
+    if (!ofTime && !bare && *inSpace != i) continue;
     if (time) {
       return header.wrong(kinds.empty() ? "space directions" : "kinds",
                           "has more than one axis that is not of space");
@@ -317,58 +408,41 @@ Result<std::optional<std::size_t>> timeAxisOf(
 }
 
 /// Turns positions to a space that is right-handed: in one that is not, solids are mirror images.
-Result<void> takeSpace(const Header& header, bool hasDirections, Volume& volume) {
-  const std::string space = header.word("space");
-  if (space.ends_with("-time") || space == "rast" || space == "last" || space == "lpst" ||
-      space == "3drht" || space == "3dlht") {
-    return header.wrong("space",
-                        "has four dimensions; expected a space of three, with directions of "
-                        "three numbers, and 'none' for the axis of time");
-  }
-  if (const std::string dimension = header("space dimension");
-      !dimension.empty() && dimension != "3") {
-    return header.wrong("space dimension", "is not 3, with 'none' for the direction of time");
-  }
-  const bool ras = space == "right-anterior-superior" || space == "ras";
-  const bool las = space == "left-anterior-superior" || space == "las";
-  const bool lps = space == "left-posterior-superior" || space == "lps";
-  const bool leftHanded = space == "3d-left-handed" || space == "3dlh";
-  if (!ras && !las && !lps && !leftHanded && space != "3d-right-handed" && space != "3drh" &&
-      space != "scanner-xyz" && !space.empty()) {
-    return header.wrong("space",
-                        "is not known; NRRD has right-anterior-superior, "
-                        "left-anterior-superior, left-posterior-superior, scanner-xyz, "
-                        "3D-right-handed and 3D-left-handed");
-  }
-  if (!hasDirections) return {};  // the axes of the data are not those of the space
-  if (lps) volume.space = "LPS";
-  if (ras || las) volume.space = "RAS";
+void takeSpace(const Space& space, bool hasDirections, Volume& volume) {
+  if (!hasDirections) return;  // the axes of the data are not those of the space
+  const bool las = space.name == "left-anterior-superior";
+  if (space.name == "left-posterior-superior") volume.space = "LPS";
+  if (las || space.name == "right-anterior-superior") volume.space = "RAS";
   if (las) {
     volume.place.row(0) *= -1;
     volume.notice =
         "its space, left-anterior-superior, is left-handed: x is negated, which makes "
         "it right-anterior-superior (RAS)";
   }
-  if (leftHanded) {
+  if (space.name == "3d-left-handed") {
     volume.place.row(2) *= -1;
     volume.notice = "its space is left-handed: z is negated, so that the solid is not mirrored";
   }
-  return {};
 }
 
 /// Units of length and time. What `units` and `space units` say both must agree.
 Result<void> takeUnits(const Header& header, const std::optional<std::size_t>& time,
-                       Volume& volume) {
+                       std::size_t dimension, Volume& volume) {
   const std::size_t count = volume.sizes.size();
-  const auto ofSpace = unitsIn(header("space units"), 3);
+  auto ofSpace = unitsIn(header("space units"), dimension);
   const auto ofAxes = unitsIn(header("units"), count);
   if (!ofSpace && !header("space units").empty()) {
-    return header.wrong("space units", "is not three units in quotes");
+    return header.wrong(
+        "space units", fmt::format("is not a unit in quotes for each of {} dimensions", dimension));
   }
   if (!ofAxes && !header("units").empty()) {
     return header.wrong("units", fmt::format("is not a unit in quotes for each of {} axes", count));
   }
   if (ofSpace) {
+    if (dimension == 4) {
+      volume.timeUnit = ofSpace->back();
+      ofSpace->pop_back();
+    }
     if (std::ranges::adjacent_find(*ofSpace, std::not_equal_to<>()) != ofSpace->end()) {
       return header.wrong("space units", "are not all the same");
     }
@@ -379,7 +453,11 @@ Result<void> takeUnits(const Header& header, const std::optional<std::size_t>& t
   for (std::size_t i = 0; i < count; ++i) {
     const std::string& here = (*ofAxes)[i];
     if (i == time) {
-      volume.timeUnit = here;
+      if (!volume.timeUnit.empty() && !here.empty() && volume.timeUnit != here) {
+        return header.wrong("units", fmt::format("contradicts the space units, '{}' of time",
+                                                 shown(volume.timeUnit)));
+      }
+      if (!here.empty()) volume.timeUnit = here;
     } else if (unit.value_or(here) != here) {
       return header.wrong("units", "are not the same along all axes of space");
     } else {
@@ -395,14 +473,69 @@ Result<void> takeUnits(const Header& header, const std::optional<std::size_t>& t
   return {};
 }
 
+/// "1%2E5" as "1.5": sequences of 3D Slicer have their index values encoded as in URLs.
+std::string decoded(const std::string& text) {
+  std::string plain;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    std::uint8_t code = 0;
+    const char* const digits = text.data() + i + 1;
+    if (text[i] == '%' && i + 2 < text.size() &&
+        std::from_chars(digits, digits + 2, code, 16).ptr == digits + 2) {
+      plain += static_cast<char>(code);
+      i += 2;
+    } else {
+      plain += text[i];
+    }
+  }
+  return plain;
+}
+
+/// The times of frames in a sequence of 3D Slicer (.seq.nrrd), which are its index values.
+Result<void> takeIndexValues(const Header& header, std::size_t time, Volume& volume) {
+  const std::string key = fmt::format("axis {} index values", time);
+  const auto words = wordsOf(header.ofKey(key));
+  if (words.empty()) return {};
+  const auto wrong = [&](const std::string& message) {
+    return invalid(fmt::format("its '{}' {}", key, message), header.where);
+  };
+  if (words.size() != volume.sizes[time]) {
+    return wrong(fmt::format("has {} values for {} frames", words.size(), volume.sizes[time]));
+  }
+  const std::string type = lowerCase(header.ofKey(fmt::format("axis {} index type", time)));
+  if (type == "text") {
+    volume.notice += fmt::format("{}its '{}' are texts, so they are not used as times",
+                                 volume.notice.empty() ? "" : "; ", key);
+    return {};
+  }
+  for (const std::string& word : words) {
+    const auto value = numberIn<double>(decoded(word));
+    if (!value || !std::isfinite(*value)) {
+      return wrong(fmt::format("has '{}' where a number is expected", shown(word)));
+    }
+    if (!volume.times.empty() && !(*value > volume.times.back())) {
+      return wrong(fmt::format("has {} for frame {}, after {}; times must increase", *value,
+                               volume.times.size(), volume.times.back()));
+    }
+    volume.times.push_back(*value);
+  }
+  if (volume.times.size() == 1) {
+    volume.times.clear();  // the time of a frame in a file of its own is not used
+    return {};
+  }
+  volume.startTime = volume.times.front();
+  return {};
+}
+
 /// Sets which axis is which, and where samples are.
 Result<void> place(const Header& header, Volume& volume) {
   const std::size_t count = volume.sizes.size();
-  const auto directions = vectorsIn(header("space directions"));
+  const auto space = spaceOf(header);
+  if (!space) return space.error();
+  const auto directions = vectorsIn(header("space directions"), space->dimension);
   if (!directions || (!directions->empty() && directions->size() != count)) {
     return header.wrong(
         "space directions",
-        fmt::format("is not a vector (x,y,z), or none, for each of {} axes", count));
+        fmt::format("is not a vector {}, or none, for each of {} axes", space->vector(), count));
   }
   const bool hasDirections = !directions->empty();
   const auto time = timeAxisOf(header, *directions, count);
@@ -412,18 +545,27 @@ Result<void> place(const Header& header, Volume& volume) {
 
   const auto spacings = header.numbers("spacings", count);
   if (!spacings) return spacings.error();
+  constexpr double kRounding = 1e-4;  // of numbers in six digits
   int known = 0;
   axis = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const auto step = spacings->empty() ? std::nullopt : (*spacings)[i];
     if (i == *time) {
       volume.frameTime = step;
+      const bool inSpace = hasDirections && (*directions)[i] && (*(*directions)[i])[3] != 0;
+      if (!inSpace) continue;
+      const double apart = (*(*directions)[i])[3];
+      if (step && !(std::abs(*step - apart) <= kRounding * std::abs(apart))) {
+        return header.wrong("spacings", fmt::format("contradicts the direction of axis {}, along "
+                                                    "which frames are {} apart",
+                                                    i, apart));
+      }
+      volume.frameTime = apart;
       continue;
     }
     known += step ? 1 : 0;
     if (hasDirections) {
-      volume.place.col(axis) = *(*directions)[i];
-      constexpr double kRounding = 1e-4;  // of numbers in six digits
+      volume.place.col(axis) = (*directions)[i]->head<3>();
       const double length = volume.place.col(axis).norm();
       if (step && !(std::abs(std::abs(*step) - length) <= kRounding * length)) {
         return header.wrong("spacings", fmt::format("contradicts the direction of axis {}, whose "
@@ -441,14 +583,16 @@ Result<void> place(const Header& header, Volume& volume) {
   if (auto set = placeByMins(header, *time, hasDirections, volume); !set) return set;
   const std::string origin = header("space origin");
   if (!origin.empty()) {
-    const auto vector = vectorsIn(origin);
+    const auto vector = vectorsIn(origin, space->dimension);
     if (!vector || vector->size() != 1 || !vector->front()) {
-      return header.wrong("space origin", "is not a vector (x,y,z)");
+      return header.wrong("space origin", fmt::format("is not a vector {}", space->vector()));
     }
-    volume.place.col(3) = *vector->front();
+    volume.place.col(3) = vector->front()->head<3>();
+    if (space->dimension == 4) volume.startTime = (*vector->front())[3];
   }
-  if (auto taken = takeSpace(header, hasDirections, volume); !taken) return taken;
-  return takeUnits(header, *time, volume);
+  takeSpace(*space, hasDirections, volume);
+  if (auto taken = takeUnits(header, *time, space->dimension, volume); !taken) return taken;
+  return *time ? takeIndexValues(header, **time, volume) : Result<void>();
 }
 
 /// The name of a data file.
@@ -496,6 +640,88 @@ Result<std::vector<std::string>> numbered(const Header& header,
   return names;
 }
 
+/// What is between the beginning of a data file and its samples.
+struct Skips {
+  std::uint64_t lines = 0;
+  /// After the lines; of bytes that are compressed, those unpacked. Nothing: the samples are at the
+  /// end.
+  std::optional<std::uint64_t> bytes = 0;
+};
+
+Result<Skips> skipsOf(const Header& header, SampleEncoding encoding) {
+  Skips skips;
+  if (const std::string text = header("line skip"); !text.empty()) {
+    const auto lines = numberIn<std::uint64_t>(text);
+    if (!lines) return header.wrong("line skip", "is not a number of lines to skip");
+    skips.lines = *lines;
+  }
+  const std::string text = header("byte skip");
+  if (text == "-1" && encoding != SampleEncoding::Text) {
+    skips.bytes.reset();
+  } else if (!text.empty()) {
+    skips.bytes = numberIn<std::uint64_t>(text);
+    if (!skips.bytes) {
+      return header.wrong("byte skip",
+                          "is not a number of bytes to skip, or -1 for samples at the end of raw "
+                          "or gzip data");
+    }
+  }
+  return skips;
+}
+
+/// The place in a file after this many lines from `offset` on.
+Result<std::uint64_t> afterLines(const fs::path& path, std::uint64_t offset, std::uint64_t lines) {
+  auto file = openHeader(path);
+  if (!file) return file.error();
+  file->seekg(static_cast<std::streamoff>(offset));
+  std::array<char, 65536> bytes;
+  for (std::uint64_t found = 0; found < lines;) {
+    file->read(bytes.data(), bytes.size());
+    const auto got = static_cast<std::size_t>(file->gcount());
+    if (got == 0) {
+      return invalid(
+          fmt::format("is cut off: it has {} lines to skip; its header says {}", found, lines),
+          path.string());
+    }
+    for (std::size_t i = 0; i < got && found < lines; ++i, ++offset) {
+      if (bytes[i] == '\n') ++found;
+    }
+  }
+  return offset;
+}
+
+/// Sets where `wanted` bytes of samples are in a file of data.
+Result<void> skip(const Skips& skips, std::uint64_t wanted, SampleData& data) {
+  if (skips.lines > 0) {
+    const auto after = afterLines(data.path, data.offset, skips.lines);
+    if (!after) return after.error();
+    data.offset = *after;
+  }
+  const bool isPacked = data.encoding == SampleEncoding::Gzip;
+  if (skips.bytes) {
+    (isPacked ? data.begin : data.offset) += *skips.bytes;
+    return {};
+  }
+  std::uint64_t size = 0;
+  if (isPacked) {
+    const auto unpacked = unpackedBytes(data.path, data.offset);
+    if (!unpacked) return unpacked.error();
+    size = *unpacked;
+  } else {
+    const auto stored = system::sizeOfRegularFile(data.path);
+    if (!stored) return stored.error();
+    size = *stored - std::min(*stored, data.offset);
+  }
+  if (size < wanted) {
+    return invalid(fmt::format("is cut off: {} bytes of samples are expected at its end, and it "
+                               "has {}",
+                               wanted, size),
+                   data.path.string());
+  }
+  (isPacked ? data.begin : data.offset) += size - wanted;
+  return {};
+}
+
 Result<void> findData(const Header& header, const fs::path& path, Volume& volume) {
   SampleData data;
   const std::string encoding = header.word("encoding");
@@ -508,17 +734,8 @@ Result<void> findData(const Header& header, const fs::path& path, Volume& volume
   } else {
     return header.wrong("encoding", "is not supported; raw, gzip and text are");
   }
-  if (!header("line skip").empty() && header("line skip") != "0") {
-    return header.wrong("line skip", "is not supported; only 'byte skip' is");
-  }
-  std::optional<std::int64_t> skip = 0;
-  if (const std::string text = header("byte skip"); !text.empty()) {
-    skip = numberIn<std::int64_t>(text);
-    const bool fromEnd = skip == -1 && data.encoding == SampleEncoding::Raw;
-    if (!skip || !(*skip >= 0 || fromEnd) || (*skip > 0 && data.encoding == SampleEncoding::Text)) {
-      return header.wrong("byte skip", "is not a number of bytes to skip");
-    }
-  }
+  const auto skips = skipsOf(header, data.encoding);
+  if (!skips) return skips.error();
   const auto bytes = bytesOfSamples(volume);
   if (!bytes) return bytes.error();
 
@@ -562,20 +779,7 @@ Result<void> findData(const Header& header, const fs::path& path, Volume& volume
                                                  volume.data.size(), volume.frames()));
   }
   for (SampleData& one : volume.data) {
-    if (*skip >= 0) {
-      // Of bytes that are compressed, those unpacked are skipped.
-      (one.encoding == SampleEncoding::Raw ? one.offset : one.begin) +=
-          static_cast<std::uint64_t>(*skip);
-      continue;
-    }
-    std::error_code error;
-    const std::uint64_t size = fs::file_size(one.path, error);
-    const std::uint64_t wanted = *bytes / volume.data.size();
-    if (error || size < wanted) {
-      return invalid(fmt::format("is cut off: {} bytes of samples are expected at its end", wanted),
-                     one.path.string());
-    }
-    one.offset = size - wanted;
+    if (auto done = skip(*skips, *bytes / volume.data.size(), one); !done) return done;
   }
   return {};
 }

@@ -331,7 +331,44 @@ std::uint64_t mostBytes(SampleEncoding encoding, SampleType type) {
   return 1;
 }
 
+Result<Descriptor> openGzip(const std::filesystem::path& path, std::uint64_t offset) {
+  const std::string where = path.string();
+  Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (file.number() < 0) return cannotRead(where);
+  std::array<unsigned char, 2> magic{};  // stays zero where the file ends
+  const auto at = static_cast<off_t>(offset);
+  if (pread(file.number(), magic.data(), magic.size(), at) < 0) return cannotRead(where);
+  if (magic != std::array<unsigned char, 2>{0x1F, 0x8B}) {
+    return invalid("its samples are not compressed by gzip, although its header says so", where);
+  }
+  lseek(file.number(), at, SEEK_SET);
+  return file;
+}
+
 }  // namespace
+
+Result<std::uint64_t> unpackedBytes(const std::filesystem::path& path, std::uint64_t offset) {
+  if (const auto size = system::sizeOfRegularFile(path); !size) return size.error();
+  auto file = openGzip(path, offset);
+  if (!file) return file.error();
+  GzipStream stream(file->number());
+  std::vector<std::byte> piece(std::size_t{1} << 18U);
+  std::uint64_t bytes = 0;
+  while (stream.state() == GzipStream::State::Good) bytes += stream.read(piece);
+  switch (stream.state()) {
+    case GzipStream::State::Damaged:
+      return invalid(fmt::format("its compressed data are damaged: {}", stream.fault()),
+                     path.string());
+    case GzipStream::State::CannotRead:
+      errno = stream.reason();
+      return cannotRead(path.string());
+    case GzipStream::State::CutOff:
+      return invalid(fmt::format("is cut off: its compressed data end after {} bytes", bytes),
+                     path.string());
+    default:
+      return bytes;
+  }
+}
 
 Result<std::unique_ptr<SampleReader>> openSamples(const SampleData& data, SampleType type,
                                                   std::uint64_t bytes) {
@@ -361,19 +398,14 @@ Result<std::unique_ptr<SampleReader>> openSamples(const SampleData& data, Sample
     file.seekg(static_cast<std::streamoff>(data.offset));
     return std::make_unique<TextReader>(std::move(file), where, type, bytes / sizeOf(type));
   }
+  if (data.encoding == SampleEncoding::Gzip) {
+    auto file = openGzip(data.path, data.offset);
+    if (!file) return file.error();
+    return std::make_unique<GzipReader>(std::move(*file), where, bytes);
+  }
   Descriptor file(open(data.path.c_str(), O_RDONLY | O_CLOEXEC));
   if (file.number() < 0) return cannotRead(where);
-  if (data.encoding == SampleEncoding::Raw) {
-    return std::make_unique<RawReader>(std::move(file), where, data.offset, *size);
-  }
-  std::array<unsigned char, 2> magic{};  // stays zero where the file ends
-  const auto offset = static_cast<off_t>(data.offset);
-  if (pread(file.number(), magic.data(), magic.size(), offset) < 0) return cannotRead(where);
-  if (magic != std::array<unsigned char, 2>{0x1F, 0x8B}) {
-    return invalid("its samples are not compressed by gzip, although its header says so", where);
-  }
-  lseek(file.number(), offset, SEEK_SET);
-  return std::make_unique<GzipReader>(std::move(file), where, bytes);
+  return std::make_unique<RawReader>(std::move(file), where, data.offset, *size);
 }
 
 }  // namespace t4d::voxel4d

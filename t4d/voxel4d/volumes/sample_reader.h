@@ -28,4 +28,7 @@ class SampleReader {
 Result<std::unique_ptr<SampleReader>> openSamples(const SampleData& data, SampleType type,
                                                   std::uint64_t bytes);
 
+/// The bytes to which the gzip data from `offset` on unpack. Fails if they are damaged.
+Result<std::uint64_t> unpackedBytes(const std::filesystem::path& path, std::uint64_t offset);
+
 }  // namespace t4d::voxel4d

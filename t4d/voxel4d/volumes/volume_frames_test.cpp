@@ -290,7 +290,7 @@ TEST_F(VolumeFiles, SayWhatIsWrong) {
   writeFile(folder_ / "empty.nrrd", "");
   EXPECT_THAT(faultOf({folder_ / "empty.nrrd"}, {}), HasSubstr("empty.nrrd: is empty"));
   EXPECT_THAT(changed("raw.nrrd", "left-posterior-superior", "RAST"),
-              HasSubstr("its field 'space: RAST' has four dimensions"));
+              HasSubstr("is not a vector (x,y,z,t), or none, for each of 4 axes"));
   EXPECT_THAT(changed("raw.nrrd", "sizes: 5 4 6 2", "sizes: 5 4 6 3"),
               HasSubstr("is cut off or damaged"));
   EXPECT_THAT(changed("raw.nrrd", "sizes: 5 4 6 2", "sizes: 5 4 3 2"),
@@ -334,10 +334,6 @@ TEST_F(VolumeFiles, SayWhatIsWrong) {
     EXPECT_THAT(changed("raw.nrrd", "encoding: raw", "encoding: raw\nbyte skip: "s + skip),
                 HasSubstr("is not a number of bytes to skip"));
   }
-  EXPECT_THAT(changed("gzip.nrrd", "encoding: gzip", "encoding: gzip\nbyte skip: -1"),
-              HasSubstr("is not a number of bytes to skip"));
-  EXPECT_THAT(changed("text.nrrd", "encoding: text", "encoding: text\nbyte skip: 4"),
-              HasSubstr("is not a number of bytes to skip"));
   EXPECT_THAT(faultOf({folder_ / "f01.raw"}, {}),
               HasSubstr("does not begin with a line that says what it holds"));
   // A line break among samples ends no line, and a word alone begins none.
@@ -461,7 +457,7 @@ TEST_F(VolumeFiles, NrrdHeadersAreReadAsTheyAreMeant) {
   }
   EXPECT_THAT(fault(spaced, "0.5 0.5 0.5", "nan 0.5 0.5"), HasSubstr("and nan for others"));
   EXPECT_THAT(fault(raw, "nan nan nan", "2 0.5 0.5"), HasSubstr("contradicts the direction"));
-  EXPECT_THAT(fault(raw, "endian", "Sizes: 5 4 6 2\nendian"), HasSubstr("a second time"));
+  EXPECT_THAT(fault(raw, "endian", "Sizes: 5 4 6 3\nendian"), HasSubstr("a second time"));
   EXPECT_THAT(fault(raw, "endian", "spacing: 2 2 2 1\nendian"),
               HasSubstr("the field 'spacing', which NRRD does not have"));
   EXPECT_THAT(fault(raw, "endian", "units: \"cm\" \"cm\" \"cm\" \"s\"\nendian"),
