@@ -483,6 +483,31 @@ TEST(CollisionMesh, HasNoMoreTrianglesThanAskedForOrSaysSo) {
   EXPECT_EQ(measure::EnclosedPlaces(torus.surface).margin(mesh->mesh, 1e-9), 1e-9);
 }
 
+TEST(CollisionMesh, EndsForVoxelsOfAnySize) {
+  if (!reducesSurfaces()) GTEST_SKIP() << "no meshoptimizer";
+  const Silhouette cube = silhouetteOfScrew(fixtures::cube(20), {.translation = {5, 1, 0.5}});
+  for (const double size : {1e-300, 1e-30, 1e-9, 1e4, 1e6, 0x1p64, 1e30, 1e300}) {
+    SCOPED_TRACE(size);
+    const auto mesh = collisionMeshOf(cube, {.voxelSize = size, .reach = 0}, 60);
+    if (!mesh) {
+      EXPECT_FALSE(mesh.error().message.empty());
+      continue;
+    }
+    EXPECT_GT(size, 1);
+    EXPECT_TRUE(model::checkClosedSurface(mesh->mesh));
+    EXPECT_GT(measure::EnclosedPlaces(cube.surface).margin(mesh->mesh, 1), 0);
+  }
+}
+
+TEST(EnclosedPlaces, MarginOfLargeSurfacesIsFoundSoon) {
+  const TriangleMesh inner = fixtures::translated(fixtures::cube(2), {7, 0, 0});
+  const measure::EnclosedPlaces places(inner);
+  for (const double side : {1e3, 1e6, 1e12, 1e20}) {
+    const double margin = side / 2 - 8;
+    EXPECT_NEAR(places.margin(fixtures::cube(side), 2 * side), margin, 1e-9 * margin) << side;
+  }
+}
+
 TEST(EnclosedPlaces, MarginIsTheDistanceOfNestedCubesAndZeroOfOthers) {
   const TriangleMesh inner = fixtures::translated(fixtures::cube(2), {7, 0, 0});
   const measure::EnclosedPlaces places(inner);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "t4d/measure/triangle_tree.h"
 #include "t4d/model/triangle_mesh.h"
 
@@ -24,9 +26,11 @@ class EnclosedPlaces {
 
  private:
   double leastDistance(const model::TriangleMesh& mesh, double enough) const;
+  double longestPiece(const std::array<model::Point3, 3>& piece) const;
 
   const model::TriangleMesh& surface_;
-  double pieceLength_;  // of triangles, so that boxes about them are small
+  model::Bounds3 bounds_;
+  double pieceLength_;  // of triangles near the surface, so that boxes about them are small
   TriangleTree tree_;
 };
 
