@@ -263,20 +263,12 @@ def _scratch(job: Dict[str, Any]) -> Iterator[Path]:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def _join_meshes(job: Dict[str, Any], how: str, output: str) -> Any:
-    """Writes the manifest of all parts (``how`` is ``--manifest``), or plans their join (``--plan``),
-    from the manifests that their workers have made."""
+def _join_meshes(job: Dict[str, Any], output: str) -> Any:
+    """Copies all parts into one file or, if its name is that of a .t4dm, writes a manifest of them, from
+    the manifests that their workers have made."""
     own = [str(_manifest(_place(job, number))) for number in range(1, job["parts"] + 1)]
-    return commands.run_words(["join", *own, how, f"--output={output}"])
-
-
-def _copy_part(job: Dict[str, Any], number: int, output: str) -> None:
-    """Copies a part to its place in the joined file."""
-    commands.run_words(["join", f"--output={output}", f"--part={number}/{job['parts']}"])
-
-
-def _finish_join(_job: Dict[str, Any], output: str) -> Any:
-    return commands.run_words(["join", f"--output={output}", "--finish"])
+    how = ["--manifest"] if _is_manifest(output) else []
+    return commands.run_words(["join", *own, *how, f"--output={output}"])
 
 
 def _is_manifest(output: Any) -> bool:
@@ -517,7 +509,7 @@ class _Run:
         report = _joined_report(self.job, notes)
         if self.job["verb"] in MESHES:
             assert self.output
-            joined = self._join_parts(str(self.output))
+            joined = self._ask(_join_meshes, str(self.output), what=f"join {uuid.uuid4().hex[:4]}")
             if report is None:
                 return joined
             report["bytes"] = joined["bytes"]
@@ -529,22 +521,6 @@ class _Run:
         elif self.output:
             _write_report(self.output, report)
         return report
-
-    def _join_parts(self, output: str) -> Any:
-        """One file, into which each part is copied by a worker; or with the name of a .t4dm a manifest
-        of the parts, which stay."""
-        again = uuid.uuid4().hex[:4]
-        if _is_manifest(output):
-            return self._ask(_join_meshes, "--manifest", output, what=f"join {again}")
-        unfinished = f"{output}.joining"
-        shutil.rmtree(unfinished, ignore_errors=True)
-        try:
-            self._ask(_join_meshes, "--plan", output, what=f"plan join {again}")
-            self._all(_copy_part, output, what=f"copy {again}")
-            return self._ask(_finish_join, output, what=f"finish join {again}")
-        except BaseException:
-            shutil.rmtree(unfinished, ignore_errors=True)
-            raise
 
     def _all(self, function: Callable[..., Any], *arguments: Any, what: str) -> None:
         """Does something with each part."""

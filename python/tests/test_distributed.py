@@ -207,7 +207,7 @@ def test_parts_are_taken_up_if_what_they_were_made_of_is_the_same(frames, tmp_pa
 
 
 def test_a_part_damaged_before_joining_is_made_again(client, faulty, frames, woven, tmp_path):  # noqa: F811
-    happened = faulty("damage", "--plan")
+    happened = faulty("damage", f"--output={tmp_path / 'movie.t4d'}")
     report = many.weave(frames, tmp_path / "movie.t4d", client=client, parts=4)
     assert happened.exists() and report.distributed.parts == 4
     assert same(tmp_path / "movie.t4d", woven)

@@ -3,7 +3,6 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/convert/frame_files.h"
-#include "t4d/formats/t4d/shared_join.h"
 #include "t4d/verbs/json_text.h"
 #include "t4d/voxel4d/point_field_parts.h"
 
@@ -17,18 +16,6 @@ std::uint64_t sumOf(const formats::JoinReport& report,
   return sum;
 }
 
-const char* titleOf(JoinInto into) {
-  switch (into) {
-    case JoinInto::Manifest:
-      return "checking";
-    case JoinInto::Plan:
-      return "planning";
-    case JoinInto::File:
-      break;
-  }
-  return "joining";
-}
-
 }  // namespace
 
 std::uint64_t JoinReport::slabs() const { return sumOf(*this, &formats::BodySummary::slabs); }
@@ -40,27 +27,10 @@ std::uint64_t JoinReport::tetrahedra() const {
 Result<JoinReport> join(const std::vector<std::string>& parts, const std::string& output,
                         JoinInto into, Observer& observer) {
   const std::vector<std::filesystem::path> files(parts.begin(), parts.end());
-  const auto stage = observer.stage(titleOf(into));
-  auto joined = into == JoinInto::Manifest
-                    ? formats::writeManifest(files, output, stage->callback())
-                : into == JoinInto::Plan ? formats::planJoin(files, output, stage->callback())
-                                         : formats::joinT4d(files, output, stage->callback());
-  if (!joined) return joined.error();
-  return JoinReport{std::move(*joined)};
-}
-
-Result<PlannedCopy> copyPlannedParts(const std::string& output, const model::Part& share,
-                                     Observer& observer) {
-  const auto planned = formats::plannedParts(output);
-  if (!planned) return planned.error();
-  const auto stage = observer.stage("copying");
-  const auto copied = formats::copyPlannedParts(output, share, stage->callback());
-  if (!copied) return copied.error();
-  return PlannedCopy{*planned, copied->parts, copied->bytes};
-}
-
-Result<JoinReport> finishJoin(const std::string& output) {
-  auto joined = formats::finishJoin(output);
+  const bool named = into == JoinInto::Manifest;
+  const auto stage = observer.stage(named ? "checking" : "joining");
+  auto joined = named ? formats::writeManifest(files, output, stage->callback())
+                      : formats::joinT4d(files, output, stage->callback());
   if (!joined) return joined.error();
   return JoinReport{std::move(*joined)};
 }
@@ -84,10 +54,6 @@ std::string jsonOf(const JoinReport& report) {
                    {"vertices", report.vertices()},
                    {"tetrahedra", report.tetrahedra()},
                    {"bytes", report.bytes}});
-}
-
-std::string jsonOf(const PlannedCopy& report) {
-  return jsonText({{"parts", report.planned}, {"copied", report.copied}, {"bytes", report.bytes}});
 }
 
 std::string jsonOf(const FieldJoin& report) {

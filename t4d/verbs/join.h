@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "t4d/formats/t4d/join.h"
-#include "t4d/model/part.h"
 #include "t4d/verbs/observer.h"
 
 /// Joining what processes have made of the parts of a run; for their reports, see join_reports.h.
@@ -15,7 +14,6 @@ namespace t4d::verbs {
 enum class JoinInto : std::uint8_t {
   File,      ///< copy the parts (formats::joinT4d)
   Manifest,  ///< name them in a .t4dm (formats::writeManifest)
-  Plan,      ///< plan a join by many processes (formats::planJoin)
 };
 
 struct JoinReport : formats::JoinReport {
@@ -27,21 +25,6 @@ struct JoinReport : formats::JoinReport {
 /// Joins .t4d files whose times follow one another.
 Result<JoinReport> join(const std::vector<std::string>& parts, const std::string& output,
                         JoinInto into = JoinInto::File, Observer& observer = nobody());
-
-/// What was copied of a planned join.
-struct PlannedCopy {
-  std::uint64_t planned = 0;  ///< files of the plan
-  std::uint64_t copied = 0;   ///< those that were copied now
-  std::uint64_t bytes = 0;    ///< of these
-};
-
-/// Copies a share of the files of a planned join (formats::copyPlannedParts); there are
-/// formats::plannedParts.
-Result<PlannedCopy> copyPlannedParts(const std::string& output, const model::Part& share,
-                                     Observer& observer = nobody());
-
-/// Ends a planned join when all files are copied (formats::finishJoin).
-Result<JoinReport> finishJoin(const std::string& output);
 
 struct FieldJoin {
   std::uint64_t parts = 0;
@@ -63,7 +46,6 @@ Result<FramesJoin> joinFrames(const std::vector<std::string>& parts, const std::
 
 /// The reports as JSON (docs/schemas/join.schema.json).
 std::string jsonOf(const JoinReport& report);
-std::string jsonOf(const PlannedCopy& report);
 std::string jsonOf(const FieldJoin& report);
 std::string jsonOf(const FramesJoin& report);
 

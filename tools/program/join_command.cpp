@@ -8,14 +8,12 @@
 
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/output_file.h"
-#include "t4d/formats/t4d/shared_join.h"
 #include "t4d/verbs/join.h"
 #include "t4d/verbs/join_reports.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/console_observer.h"
 #include "tools/program/option_checks.h"
-#include "tools/program/part_option.h"
 #include "tools/program/t4d_output.h"
 
 namespace t4d::tools {
@@ -25,9 +23,6 @@ struct JoinArguments {
   std::vector<std::string> parts;
   std::string output;
   bool manifest = false;
-  bool plan = false;
-  bool finish = false;
-  PartOption part;
   bool json = false;
 };
 
@@ -113,70 +108,22 @@ void printSums(const verbs::JoinReport& joined, const JoinArguments& options,
         counted(joined.tetrahedra(), "tetrahedron", "tetrahedra"));
 }
 
-int copyParts(const JoinArguments& options) {
-  const auto most = formats::plannedParts(options.output);
-  if (!most) return report(most.error());
-  if (const auto settled = options.part.settle(*most, "files to join")) return *settled;
-  ConsoleObserver observer;
-  const auto copied = verbs::copyPlannedParts(options.output, options.part.chosen(), observer);
-  if (!copied) return report(copied.error());
-  if (options.json) {
-    tools::printText(jsonOf(*copied) + "\n");
-  } else {
-    print("{}: {} copied, {}\n", options.output, counted(copied->copied, "file"),
-          sizeText(copied->bytes));
-  }
-  return kDone;
-}
-
-int finishJoin(const JoinArguments& options) {
-  const auto joined = verbs::finishJoin(options.output);
-  if (!joined) return report(joined.error());
-  printSums(*joined, options, counted(joined->parts, "file"));
-  return kDone;
-}
-
 int joinMeshes(const JoinArguments& options) {
   using verbs::JoinInto;
-  const JoinInto into = options.plan       ? JoinInto::Plan
-                        : options.manifest ? JoinInto::Manifest
-                                           : JoinInto::File;
+  const JoinInto into = options.manifest ? JoinInto::Manifest : JoinInto::File;
   ConsoleObserver observer;
   const auto joined = verbs::join(options.parts, options.output, into, observer);
   if (!joined) return report(joined.error());
   printSums(*joined, options,
-            counted(joined->parts, options.manifest ? "part" : "file") +
-                (options.plan ? " planned" : ""));
-  if (options.plan && !options.json) {
-    print("  next: join with the same -o and --part K/{}, then with --finish\n", joined->parts);
-  }
+            counted(joined->parts, options.manifest ? "part" : "file"));
   return reportLosses(joined->losses);
 }
 
-/// The error message if options exclude each other.
-std::optional<std::string> misuseOfSteps(const JoinArguments& options) {
-  const bool copies = options.part.isAsked();
-  if (options.plan + options.finish + copies + options.manifest > 1) {
-    return "--manifest, --plan, --part and --finish exclude each other";
-  }
-  if ((options.finish || copies) && !options.parts.empty()) {
-    return "--part, --most-parts and --finish take the files that were planned; name none";
-  }
-  if (options.parts.empty() && !options.finish && !copies) return "name the files to join";
-  if (options.output == "-" && (options.plan || options.finish || copies)) {
-    return "-o: name a file; many processes cannot write to the standard output";
-  }
-  return std::nullopt;
-}
-
 int run(const JoinArguments& options) {
-  if (const auto misuse = misuseOfSteps(options)) return wrongUsage(*misuse);
   if (const auto misuse = misuseOfOutput(options.output, options.parts)) return wrongUsage(*misuse);
   const bool isMesh =
       !std::ranges::any_of(options.parts, isVdb) && !std::ranges::any_of(options.parts, isJson);
-  if (!isMesh && (options.manifest || options.plan)) {
-    return wrongUsage("--manifest and --plan are for meshes (.t4d)");
-  }
+  if (!isMesh && options.manifest) return wrongUsage("--manifest is for meshes (.t4d)");
   if (std::ranges::any_of(options.parts, isVdb)) return joinFields(options);
   if (std::ranges::any_of(options.parts, isJson)) {
     if (!std::ranges::all_of(options.parts, isJson)) {
@@ -186,8 +133,6 @@ int run(const JoinArguments& options) {
                                                                : joinReports(options);
   }
   if (const auto misuse = misuseOfName(options)) return wrongUsage(*misuse);
-  if (options.part.isAsked()) return copyParts(options);
-  if (options.finish) return finishJoin(options);
   return joinMeshes(options);
 }
 
@@ -198,10 +143,11 @@ void addJoin(CLI::App& app, int& exitCode) {
       "join", "Join consecutive .t4d files without decoding them, or reports or fields of parts");
   command->alias("concat");
   auto options = std::make_shared<JoinArguments>();
-  command->add_option(
-      "PART", options->parts,
-      "Input files: .t4d and .t4dm (files or URLs), in the order of their times, or reports "
-      "(.json) or fields (.vdb) of parts");
+  command
+      ->add_option("PART", options->parts,
+                   "Input files: .t4d and .t4dm (files or URLs), in the order of their times, or "
+                   "reports (.json) or fields (.vdb) of parts")
+      ->required();
   command
       ->add_option("-o,--output", options->output,
                    "Output file: .t4d, .t4dm with --manifest, .vdb of fields; of reports .json "
@@ -209,14 +155,6 @@ void addJoin(CLI::App& app, int& exitCode) {
       ->check(someName());
   command->add_flag("--manifest", options->manifest,
                     "Write a manifest (.t4dm) that names the parts, instead of copying them");
-  command->add_flag("--plan", options->plan,
-                    "Plan a join by several processes, which --part and --finish complete");
-  options->part.addTo(
-      *command,
-      "Copy share K of N of the planned files to their places (after --plan, with the same "
-      "-o; name no files)");
-  command->add_flag("--finish", options->finish,
-                    "End a planned join: give the file its name when all files are copied");
   command->add_flag("--json", options->json, "Print the result as JSON");
   command->footer(
       "Example, with two processes at work:\n"
@@ -225,10 +163,6 @@ void addJoin(CLI::App& app, int& exitCode) {
       "  t4d join first.t4d second.t4d -o bolt.t4d\n"
       "or, without copying:\n"
       "  t4d join first.t4d second.t4d --manifest -o bolt.t4dm\n"
-      "by several processes at a time:\n"
-      "  t4d join first.t4d second.t4d -o bolt.t4d --plan\n"
-      "  t4d join -o bolt.t4d --part 1/2 & t4d join -o bolt.t4d --part 2/2; wait\n"
-      "  t4d join -o bolt.t4d --finish\n"
       "fields:\n"
       "  t4d join dwell-1.vdb dwell-2.vdb -o dwell.vdb\n"
       "and reports:\n"

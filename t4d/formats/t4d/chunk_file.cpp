@@ -293,13 +293,6 @@ Result<ChunkFile::Chunk> ChunkFile::readChunk(std::uint64_t offset, ChunkType ty
   return Chunk{*header, std::move(*payload)};
 }
 
-Result<std::vector<std::byte>> ChunkFile::readFront(const ChunkHeader& header) const {
-  auto bytes = read(header.payload(), header.frontBytes);
-  if (!bytes) return bytes;
-  if (auto sound = checkFront(header, *bytes); !sound) return damagedIn(header, sound.error());
-  return bytes;
-}
-
 Result<PartialPayload> ChunkFile::readPartly(std::uint64_t offset, ChunkType type) const {
   auto header = headerOf(offset, type);
   if (!header) return header.error();

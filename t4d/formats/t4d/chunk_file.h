@@ -125,8 +125,6 @@ class ChunkFile {
     Payload payload;
   };
   Result<Chunk> readChunk(std::uint64_t offset, t4d_layout::ChunkType type) const;
-  /// The front of a chunk that must be this one, checked. Its header is not read again.
-  Result<std::vector<std::byte>> readFront(const ChunkHeader& header) const;
 
   /// A chunk of `type`, of which only the front is read; valid as long as the file.
   Result<PartialPayload> readPartly(std::uint64_t offset, t4d_layout::ChunkType type) const;

@@ -67,17 +67,6 @@ Result<std::uint64_t> ChunkWriter::putCopy(ChunkHeader header, std::span<const s
   return header.offset;
 }
 
-Result<std::uint64_t> ChunkWriter::leaveRoom(ChunkHeader header, std::span<const std::byte> front) {
-  header.offset = out_.size();
-  if (!front.empty()) {
-    if (auto done = writePadded(encodeChunkHeader(header)); !done) return done.error();
-    if (auto done = writePadded(front); !done) return done.error();
-  }
-  if (auto done = out_.skip(header.end() - out_.size()); !done) return done.error();
-  chunks_.push_back(header);
-  return header.offset;
-}
-
 Result<std::uint64_t> ChunkWriter::finish(const std::vector<BodySummary>& bodies) {
   if (indexed_) {
     if (auto paged = putPages(bodies.size()); !paged) return paged.error();

@@ -29,9 +29,6 @@ class ChunkWriter {
   /// A chunk of another file; its payload with the padding.
   Result<std::uint64_t> putCopy(ChunkHeader header, std::span<const std::byte> payload);
 
-  /// Leaves room for such a chunk, which is stored later. With a front, that is stored now.
-  Result<std::uint64_t> leaveRoom(ChunkHeader header, std::span<const std::byte> front = {});
-
   /// What the index says of a slab, in the order of the file.
   void addSlab(const IndexRecord& record) {
     if (indexed_) slabs_.push_back(record);

@@ -108,7 +108,7 @@ std::optional<std::string> differingAttribute(const Metadata& one, const Metadat
   return std::nullopt;
 }
 
-Result<ChunkFile::Chunk> CopyTarget::read(const ChunkFile& from, const ChunkHeader& known) const {
+Result<ChunkFile::Chunk> readForCopy(const ChunkFile& from, const ChunkHeader& known) {
   auto chunk = from.readChunk(known.offset, known.type);
   if (chunk && chunk->header != known) {
     return from.damaged(known.offset, "the file has changed while it was read");
@@ -116,14 +116,8 @@ Result<ChunkFile::Chunk> CopyTarget::read(const ChunkFile& from, const ChunkHead
   return chunk;
 }
 
-Result<std::uint64_t> CopyTarget::put(const ChunkHeader& chunk, std::span<const std::byte> payload,
-                                      bool /*changed*/) {
-  return file_.putCopy(chunk, payload);
-}
-
 Result<void> copyChunks(const ChunkFile& file, const CopiedFile& from, const CopiedChunks& all,
-                        const CopyTarget& target, const PutChunk& put, CopyState& state,
-                        const std::function<void()>& one) {
+                        const PutChunk& put, CopyState& state, const std::function<void()>& one) {
   const auto isLeftOut = [&](const ChunkHeader& chunk) {
     if (chunk.type == kPage || chunk.type == kPageList) return true;  // made anew
     if (!isUnknown(chunk.type)) return false;
@@ -136,7 +130,7 @@ Result<void> copyChunks(const ChunkFile& file, const CopiedFile& from, const Cop
   std::size_t slab = from.slabs.first;
   for (const ChunkHeader& known : from.chunks.of(all.chunks)) {
     if (!isLeftOut(known)) {
-      auto chunk = target.read(file, known);
+      auto chunk = readForCopy(file, known);
       if (!chunk) return chunk.error();
       std::optional<IndexRecord> record;
       if (known.type == kSlab) record = all.slabs[slab++];

@@ -67,38 +67,17 @@ struct CopyState {
   LostChunks lost = {};
 };
 
-/// How chunks get into another file.
-class CopyTarget {
- public:
-  explicit CopyTarget(ChunkWriter& file) : file_(file) {}
-  CopyTarget(const CopyTarget&) = delete;
-  CopyTarget& operator=(const CopyTarget&) = delete;
-  virtual ~CopyTarget() = default;
-
-  /// Called before the first file, between files, and after the last.
-  virtual Result<void> atBorder() { return {}; }
-  /// A chunk to be stored, or of its payload at least the front. `known` is its header.
-  virtual Result<ChunkFile::Chunk> read(const ChunkFile& from, const ChunkHeader& known) const;
-  /// Stores a chunk that `read` gave; its offset is still that in the other file. `changed` says
-  /// whether its front is no longer what it was there. Returns its offset in this file.
-  virtual Result<std::uint64_t> put(const ChunkHeader& chunk, std::span<const std::byte> payload,
-                                    bool changed);
-
-  ChunkWriter& file() const { return file_; }
-
- private:
-  ChunkWriter& file_;
-};
-
 /// Stores a chunk in the other file; `slab` is the record of a SLAB, and null for other chunks.
 using PutChunk = std::function<Result<void>(ChunkFile::Chunk& chunk, const IndexRecord* slab)>;
 
-/// Gives the chunks between HEAD and DONE, as `target` reads them, to `put`, one at a time, without
-/// those that may not be copied and without pages of the index; calls `one` after each. `file` is
-/// `from`, opened, and `all` has its chunks.
+/// Reads a chunk that is to be copied, whose header is known.
+Result<ChunkFile::Chunk> readForCopy(const ChunkFile& from, const ChunkHeader& known);
+
+/// Gives the chunks between HEAD and DONE to `put`, one at a time, without those that may not be
+/// copied and without pages of the index; calls `one` after each. `file` is `from`, opened, and
+/// `all` has its chunks.
 Result<void> copyChunks(const ChunkFile& file, const CopiedFile& from, const CopiedChunks& all,
-                        const CopyTarget& target, const PutChunk& put, CopyState& state,
-                        const std::function<void()>& one);
+                        const PutChunk& put, CopyState& state, const std::function<void()>& one);
 
 /// HEAD of a file into which others are copied.
 struct CopyHead {

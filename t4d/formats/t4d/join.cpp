@@ -69,11 +69,8 @@ Result<JoinReport> joinT4d(const std::vector<std::filesystem::path>& files,
   if (auto read = joiner.addAll(*parts, model::partOf(progress, 0, Joiner::kReading)); !read) {
     return read.error();
   }
-  return withinMemory(into.string(), [&]() -> Result<JoinReport> {
-    auto file = joiner.beginFile(into);
-    if (!file) return file.error();
-    CopyTarget target(*file);
-    return joiner.write(target, model::partOf(progress, Joiner::kReading, 1));
+  return withinMemory(into.string(), [&] {
+    return joiner.write(into, model::partOf(progress, Joiner::kReading, 1));
   });
 }
 

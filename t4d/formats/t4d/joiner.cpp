@@ -82,12 +82,11 @@ ManifestPart Joiner::described() const {
   return part;
 }
 
-Result<ChunkWriter> Joiner::beginFile(const std::filesystem::path& into) const {
-  std::vector<std::string> ignored;
-  return beginCopy(into, metadata(ignored), parts_);
-}
-
-Result<JoinReport> Joiner::write(CopyTarget& target, const model::Progress& progress) const {
+Result<JoinReport> Joiner::write(const std::filesystem::path& into,
+                                 const model::Progress& progress) const {
+  std::vector<std::string> losses;
+  auto out = beginCopy(into, metadata(losses), parts_);
+  if (!out) return out.error();
   std::uint64_t done = 0;
   const auto one = [&] {
     if (!progress) return;
@@ -98,27 +97,23 @@ Result<JoinReport> Joiner::write(CopyTarget& target, const model::Progress& prog
     const std::vector<std::string>& features = part.metadata().features;
     return std::ranges::find(features, kFeaturePose) != features.end();
   };
-  PartCopier copier(target, summaries_.size(), std::ranges::any_of(parts_, posed));
+  PartCopier copier(*out, summaries_.size(), std::ranges::any_of(parts_, posed));
   const auto put = [&](ChunkFile::Chunk& chunk, const IndexRecord* slab) -> Result<void> {
     if (slab != nullptr) return copier.putSlab(chunk, *slab);
     if (!isUnknown(chunk.header.type)) return copier.put(chunk);
-    const auto offset = target.put(chunk.header, chunk.payload.bytes, false);
+    const auto offset = out->putCopy(chunk.header, chunk.payload.bytes);
     return offset ? Result<void>() : offset.error();
   };
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     const auto file = ChunkFile::open(parts_[i].path);
     if (!file) return file.error();
-    if (auto border = target.atBorder(); !border) return border.error();
     copier.begin(parts_[i].path, *file, seams_[i].lowers);
-    if (auto copied = copyChunks(*file, parts_[i], chunks_, target, put, state, one); !copied) {
+    if (auto copied = copyChunks(*file, parts_[i], chunks_, put, state, one); !copied) {
       return copied.error();
     }
   }
-  if (auto border = target.atBorder(); !border) return border.error();
-  auto bytes = target.file().finish(summaries_);
+  auto bytes = out->finish(summaries_);
   if (!bytes) return bytes.error();
-  std::vector<std::string> losses;
-  metadata(losses);
   for (std::string& line : state.lost.lines()) losses.push_back(std::move(line));
   return JoinReport{summaries_, *bytes, std::move(losses), parts_.size()};
 }

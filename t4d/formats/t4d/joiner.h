@@ -43,10 +43,9 @@ class Joiner {
   /// The last part, as a manifest describes it; without its place, footer and digest.
   ManifestPart described() const;
 
-  /// Starts the file of all parts.
-  Result<ChunkWriter> beginFile(const std::filesystem::path& into) const;
-  /// Copies the parts into the target's file, and finishes that.
-  Result<JoinReport> write(CopyTarget& target, const model::Progress& progress) const;
+  /// Copies the parts into one file.
+  Result<JoinReport> write(const std::filesystem::path& into,
+                           const model::Progress& progress) const;
 
  private:
   /// What the next part of a body must continue.

@@ -75,7 +75,6 @@ class Merger {
       progress(static_cast<double>(++done) / static_cast<double>(chunks_.chunks.size()));
     };
     CopyState state;
-    const CopyTarget target(*chunks);
     std::uint32_t firstBody = 0;
     for (const CopiedFile& file : files_) {
       auto opened = ChunkFile::open(file.path);
@@ -83,7 +82,7 @@ class Merger {
       const auto put = [&](ChunkFile::Chunk& chunk, const IndexRecord* slab) {
         return putChunk(chunk, slab, firstBody, *chunks);
       };
-      if (auto copied = copyChunks(*opened, file, chunks_, target, put, state, one); !copied) {
+      if (auto copied = copyChunks(*opened, file, chunks_, put, state, one); !copied) {
         return copied.error();
       }
       firstBody += static_cast<std::uint32_t>(file.bodies.size());

@@ -30,10 +30,8 @@ class Changed {
 
   void setDistance(std::size_t field, std::uint64_t distance) {
     std::byte* at = payload_.data() + header_.blocks * kBlockEntryBytes + field;
-    changed_ = changed_ || std::memcmp(at, &distance, sizeof distance) != 0;
     std::memcpy(at, &distance, sizeof distance);
   }
-  bool isChanged() const { return changed_; }
   std::span<const std::byte> payload() const { return payload_; }
   /// With the checksum of what the front is now.
   ChunkHeader header() const {
@@ -45,7 +43,6 @@ class Changed {
  private:
   ChunkHeader header_;
   std::vector<std::byte> payload_;
-  bool changed_ = false;
 };
 
 std::span<const std::byte> frontOf(const ChunkFile::Chunk& chunk) {
@@ -88,8 +85,8 @@ void PartCopier::begin(const std::filesystem::path& path, const ChunkFile& file,
 }
 
 Result<std::uint64_t> PartCopier::copy(const ChunkHeader& header,
-                                       std::span<const std::byte> payload, bool changed) {
-  auto offset = into_.put(header, payload, changed);
+                                       std::span<const std::byte> payload) {
+  auto offset = into_.putCopy(header, payload);
   if (!offset) return offset;
   ChunkHeader there = header;
   there.offset = *offset;
@@ -144,7 +141,7 @@ void PartCopier::store(const ChunkFile::Chunk& chunk, std::uint64_t offset) {
 Result<std::uint64_t> PartCopier::nameable(std::uint64_t offset, ChunkType type) {
   const std::uint64_t placed = placed_.at(offset);
   if (window_.find(type, placed) != nullptr) return placed;
-  const auto chunk = into_.read(*file_, *given_.find(type, offset));
+  const auto chunk = readForCopy(*file_, *given_.find(type, offset));
   if (!chunk) return chunk.error();
   const auto again = copy(chunk->header, chunk->payload.bytes);
   if (again) placed_[offset] = *again;
@@ -167,8 +164,8 @@ Result<void> PartCopier::put(const ChunkFile::Chunk& chunk) {
     const auto layer = nameable(old, kLayer);
     if (!layer) return layer.error();
     Changed changed(header, chunk.payload.bytes);
-    changed.setDistance(kLayerOfPoseAt, into_.file().size() - *layer);
-    offset = copy(changed.header(), changed.payload(), changed.isChanged());
+    changed.setDistance(kLayerOfPoseAt, into_.size() - *layer);
+    offset = copy(changed.header(), changed.payload());
   } else {
     offset = copy(header, chunk.payload.bytes);
   }
@@ -195,18 +192,16 @@ Result<void> PartCopier::putSlab(const ChunkFile::Chunk& chunk, const IndexRecor
     if (!placed) return placed.error();
     part = *placed;
   }
-  const auto distance = [&](std::uint64_t part) {
-    return part == 0 ? 0 : into_.file().size() - part;
-  };
+  const auto distance = [&](std::uint64_t part) { return part == 0 ? 0 : into_.size() - part; };
   const SlabParts moved = {distance(parts[0]), distance(parts[1]), distance(parts[2]),
                            record.parts.body};
   Changed changed(chunk.header, chunk.payload.bytes);
   changed.setDistance(kPartsOfSlabAt, moved.connectivity);
   changed.setDistance(kPartsOfSlabAt + 8, moved.lower);
   changed.setDistance(kPartsOfSlabAt + 16, moved.upper);
-  const auto offset = copy(changed.header(), changed.payload(), changed.isChanged());
+  const auto offset = copy(changed.header(), changed.payload());
   if (!offset) return offset.error();
-  into_.file().addSlab({*offset, record.slabBytes, moved, record.time, record.extent});
+  into_.addSlab({*offset, record.slabBytes, moved, record.time, record.extent});
   upperOfBody = parts[2];
   upperThere = record.upper();
   return {};

@@ -17,12 +17,11 @@ namespace t4d::formats {
 
 /// Copies the chunks of files that continue each other into one file, as a single writer would have
 /// stored them: the layer at a seam once, and a connectivity that an earlier part has, too, only
-/// there. Distances that change by this are corrected; all other bytes are copied as they are. Only
-/// the fronts of chunks are read, except for connectivities whose checksums are equal.
+/// there. Distances that change by this are corrected; all other bytes are copied as they are.
 class PartCopier {
  public:
   /// `anySize`: whether connectivities of more than 4 MiB are looked for, too.
-  PartCopier(CopyTarget& into, std::size_t bodies, bool anySize)
+  PartCopier(ChunkWriter& into, std::size_t bodies, bool anySize)
       : into_(into), window_(bodies), uppers_(bodies), anySize_(anySize), given_(bodies) {}
 
   /// The next file. `lowers` has, for each body that continues, the offset of its first lower
@@ -45,14 +44,13 @@ class PartCopier {
   /// Where the chunk of this part is that begins at `offset`; copies it again if it is too far back
   /// to be named.
   Result<std::uint64_t> nameable(std::uint64_t offset, t4d_layout::ChunkType type);
-  Result<std::uint64_t> copy(const ChunkHeader& header, std::span<const std::byte> payload,
-                             bool changed = false);
+  Result<std::uint64_t> copy(const ChunkHeader& header, std::span<const std::byte> payload);
   Result<bool> takeStored(const ChunkFile::Chunk& chunk);
   Result<bool> isSame(const Stored& one, const ChunkHeader& other) const;
   void forgetPlaces();
   void store(const ChunkFile::Chunk& chunk, std::uint64_t offset);
 
-  CopyTarget& into_;
+  ChunkWriter& into_;
   PartWindow window_;
   std::vector<std::uint64_t> uppers_;  // of the bodies, where their last upper layers are
   bool anySize_;

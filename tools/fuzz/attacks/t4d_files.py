@@ -299,52 +299,6 @@ def manifests(attack):
     return Run(arguments, inputs, output, expect=wrong if verb != "slice" else None)
 
 
-@input_class(weight=1)
-def planned_joins(attack):
-    """a join by several processes, of which a part, the plan, or what is copied already is altered: the file
-    is that of one process, or there is none"""
-    rng = attack.rng
-    parts = []
-    for seed in attack.seeds["parts"]:
-        parts.append(attack.path(seed.name))
-        parts[-1].write_bytes(seed.read_bytes())
-    whole, out = attack.path("whole.t4d"), attack.path("out.t4d")
-    attack.t4d("join", *parts, "-o", whole)
-    attack.t4d("join", *parts, "-o", out, "--plan")
-    folder = attack.path("out.t4d.joining")
-    count = attack.t4d("join", "-o", out, "--most-parts").json["parts"]
-    kind = rng.choice(["sound", "part", "plan.json", "runs", "mesh.t4d", "member", "missing", "gone", "pipe"])
-    if kind == "member":
-        plan = json.loads((folder / "plan.json").read_text())
-        of = rng.choice([plan, *plan["parts"]])
-        of[rng.choice(sorted(of))] = rng.choice([None, -1, 0, 1, 1e300, 2 ** 64, "", "/etc/passwd", [], {}])
-        (folder / "plan.json").write_text(json.dumps(plan))
-    elif kind in ("gone", "pipe"):
-        victim = rng.choice([*parts, folder / "plan.json", folder / "runs", folder / "mesh.t4d"])
-        victim.unlink()
-        if kind == "pipe":
-            os.mkfifo(victim)
-    elif kind not in ("sound", "missing"):
-        victim = rng.choice(parts) if kind == "part" else folder / kind
-        data = bytearray(victim.read_bytes())
-        data[rng.randrange(len(data))] ^= 1 << rng.randrange(8)
-        victim.write_bytes(data)
-    copied = [attack.t4d("join", "-o", out, "--part", f"{k}/{count}")
-              for k in range(1, count + (kind != "missing"))]  # fmt: skip
-    bad = [result for result in copied if result.code not in (0, 1, 2, 4)]
-
-    def check(result):
-        if bad:
-            return [f"copying ended with {bad[0].code}: {bad[0].err}"]
-        if result.succeeded and kind != "mesh.t4d" and out.read_bytes() != whole.read_bytes():
-            return ["is not the file that one process joins"]
-        return []
-
-    return Run(["join", "-o", out, "--finish"], [p for p in parts if p.is_file()],
-               out if kind != "mesh.t4d" else None, check=check,
-               expect={0} if kind == "sound" else {4} if kind in ("missing", "gone", "pipe") else None)
-
-
 @input_class(weight=5)
 def transforms(attack):
     """maps of all magnitudes, of a mesh with attributes of all kinds: each follows its kind, or is

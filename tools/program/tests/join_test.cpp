@@ -82,26 +82,9 @@ TEST_F(Program, JoinsTheHalvesThatTwoProcessesSweep) {
   refuses("join a.t4d a.t4d -o no.t4d", "the body 'torus' begins at time");
   refuses("join a.t4d fx/torus.obj -o no.t4d", "torus.obj: byte 0: is not a .t4d file");
   refuses("join a.t4d b.t4d -o a.t4d", "is the input itself", 2);
-  refuses("join -o no.t4d", "name the files to join", 2);
+  refuses("join -o no.t4d", "PART is required", 2);
+  refuses("join a.t4d b.t4d -o no.t4d --plan", "--plan", 2);
 
-  // Two processes join into one file.
-  ASSERT_EQ(run("join a.t4d b.t4d --plan -o shared.t4d").exitCode, 0);
-  EXPECT_EQ(run("join -o shared.t4d --most-parts").value()["parts"], 2);
-  refuses("join a.t4d b.t4d --plan -o shared.t4d", "is planned already", 1);
-  refuses("join -o shared.t4d --part 1/3", "there are 2 files to join, too few", 2);
-  refuses("join -o shared.t4d --finish", "2 of 2 files are not copied yet: a.t4d, b.t4d");
-  refuses("join a.t4d -o shared.t4d --finish", "name none", 2);
-  refuses("join a.t4d --plan --manifest -o no.t4dm", "exclude each other", 2);
-  refuses("join -o no.t4d --finish", "no join into this file is planned");
-  refuses("join -o - --finish", "name a file", 2);
-  const auto copy = [](const std::string& which) {
-    return "$t4d join -q -o shared.t4d --part " + which;
-  };
-  ASSERT_EQ(shell("{ " + copy("1/2") + " & " + copy("2/2") + " && wait $!; }"), 0);
-  EXPECT_FALSE(fs::exists(folder_ / "shared.t4d"));
-  EXPECT_EQ(run("join -o shared.t4d --finish --json").value(), joined.value());
-  EXPECT_EQ(contents(folder_ / "shared.t4d"), contents(folder_ / "joined.t4d"));
-  EXPECT_FALSE(fs::exists(folder_ / "shared.t4d.joining"));
   refuses(sweep + "--part 3/2 -o no.t4d", "'3/2' is not K/N", 2);
   refuses(sweep + "--part 1/2 --center -o no.t4d", "--part and --center", 2);
   refuses(sweep + "--steps 1 --part 1/1000 -o no.t4d", "too few for 1000 parts");
