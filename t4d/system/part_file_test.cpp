@@ -1,13 +1,15 @@
 #include "t4d/system/part_file.h"
 
 #include <array>
-#include <fstream>
+#include <csignal>
 #include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include "t4d/system/kept_inputs.h"
 #include "t4d/system/test_folder.h"
 
 namespace t4d::system {
@@ -19,8 +21,7 @@ class PartFiles : public testing::Test {
  protected:
   PartFile write(const std::string& name, const std::string& text) const {
     auto part = PartFile::create(folder_ / name);
-    EXPECT_TRUE(part) << part.error().text();
-    std::ofstream(part->path()) << text;
+    EXPECT_TRUE(part && part->write(text)) << part.error().text();
     return std::move(*part);
   }
   std::size_t files() const { return folder_.names().size(); }
@@ -28,12 +29,21 @@ class PartFiles : public testing::Test {
   TestFolder folder_;
 };
 
-TEST_F(PartFiles, NeverTakeThePlaceOfAPipeOrAFolder) {
-  ASSERT_EQ(::mkfifo((folder_ / "pipe").c_str(), 0600), 0);
+TEST_F(PartFiles, NeverTakeThePlaceOfAFolderADeviceOrALink) {
   fs::create_directory(folder_ / "folder");
-  EXPECT_FALSE(PartFile::create(folder_ / "pipe"));
   EXPECT_FALSE(PartFile::create(folder_ / "folder"));
-  EXPECT_EQ(files(), 2);
+  fs::create_symlink("/dev/full", folder_ / "full");
+  auto full = PartFile::create(folder_ / "full");
+  ASSERT_TRUE(full);
+  const auto written = full->write("text");
+  ASSERT_FALSE(written);
+  EXPECT_EQ(written.error().message, "cannot write: No space left on device");
+  fs::create_symlink("real", folder_ / "link");
+  PartFile part = write("link", "text");
+  ASSERT_TRUE(PartFile::putInPlace({&part, 1}));
+  EXPECT_TRUE(fs::is_symlink(folder_ / "link"));
+  EXPECT_EQ(contents(folder_ / "real"), "text");
+  EXPECT_EQ(files(), 4);
 }
 
 TEST_F(PartFiles, GetTheirNamesTogether) {
@@ -86,9 +96,40 @@ TEST_F(PartFiles, AllReplaceTheOldFilesOrNoneDoes) {
 TEST_F(PartFiles, OfOneTargetAreDifferentFiles) {
   PartFile one = write("a", "one");
   const PartFile two = write("a", "two");
-  EXPECT_NE(one.path(), two.path());
+  EXPECT_EQ(files(), 2);
   ASSERT_TRUE(PartFile::putInPlace({&one, 1}));
   EXPECT_EQ(contents(folder_ / "a"), "one");
+  EXPECT_EQ(files(), 2);
+}
+
+TEST_F(PartFiles, OfKilledProcessesAreRemovedByTheNextOne) {
+  std::array<int, 2> ready{};
+  ASSERT_EQ(::pipe(ready.data()), 0);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const std::array parts = {PartFile::create(folder_ / "a"), PartFile::create(folder_ / "a"),
+                              PartFile::create(folder_ / "b")};
+    ::_exit(::write(ready[1], "x", 1) == 1 && ::pause());
+  }
+  char byte = 0;
+  ASSERT_EQ(::read(ready[0], &byte, 1), 1);
+  const PartFile beside = write("a", "while the other lives");
+  EXPECT_EQ(files(), 4);
+  ::kill(child, SIGKILL);
+  ::waitpid(child, nullptr, 0);
+  EXPECT_EQ(files(), 4);
+  PartFile next = write("a", "text");
+  EXPECT_EQ(files(), 3);  // also those of b, whose turn has not come
+  ASSERT_TRUE(PartFile::putInPlace({&next, 1}));
+  EXPECT_EQ(contents(folder_ / "a"), "text");
+}
+
+TEST_F(PartFiles, AreNotRemovedWhileTheyAreRead) {
+  folder_.write(".a.1.part", "left behind");
+  const KeptInputs kept;
+  noteInput(folder_ / ".a.1.part");
+  const PartFile part = write("a", "recovered");
+  EXPECT_EQ(contents(folder_ / ".a.1.part"), "left behind");
 }
 
 TEST_F(PartFiles, MayHaveTheLongestName) {

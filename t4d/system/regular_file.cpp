@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "t4d/system/kept_inputs.h"
+
 namespace t4d::system {
 
 namespace fs = std::filesystem;
@@ -16,6 +18,7 @@ Result<std::uint64_t> sizeOfRegularFile(const fs::path& path) {
   if (problem) return wrong("cannot open: " + problem.message());
   if (fs::is_directory(status)) return wrong("is a folder; name a file in it");
   if (!fs::is_regular_file(status)) return wrong("is not a regular file");
+  noteInput(path);
   const std::uintmax_t size = fs::file_size(path, problem);
   if (problem) return wrong("cannot read: " + problem.message());
   return size;

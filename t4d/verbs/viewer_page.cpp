@@ -14,6 +14,7 @@
 #include "t4d/formats/t4d/stream.h"
 #include "t4d/formats/t4d/url.h"
 #include "t4d/formats/text/base64.h"
+#include "t4d/system/kept_inputs.h"
 #include "t4d/system/replaceable.h"
 
 namespace t4d::verbs {
@@ -64,6 +65,7 @@ ordered_json addressed(const ShownFile& file) {
 /// Reads a file piece by piece.
 Result<void> eachPiece(const fs::path& path,
                        const std::function<Result<void>(std::span<const char>)>& use) {
+  system::noteInput(path);
   std::ifstream in(path, std::ios::binary);
   std::vector<char> piece(std::size_t{1} << 20);
   while (in) {

@@ -3,7 +3,6 @@
 #include <memory>
 #include <span>
 
-#include "t4d/system/part_file.h"
 #include "t4d/voxel4d/field_metadata.h"
 #include "t4d/voxel4d/vdb_grid.h"
 #include "t4d/voxel4d/vdb_series.h"
@@ -67,15 +66,9 @@ openvdb::GridBase::Ptr gridOf(const PointField& field) {
 
 Result<std::uint64_t> writePointField(const std::filesystem::path& path, const PointField& field) {
   initializeOpenVdb();
-  auto part = system::PartFile::create(path);
-  if (!part) return part.error();
-  const auto bytes = writeVdbPart(
-      *part, path,
-      field.whole ? gridOf<openvdb::Int32Grid>(field) : gridOf<openvdb::FloatGrid>(field),
+  return writeVdb(
+      path, field.whole ? gridOf<openvdb::Int32Grid>(field) : gridOf<openvdb::FloatGrid>(field),
       field.lattice.voxelSize);
-  if (!bytes) return bytes;
-  if (auto put = system::PartFile::putInPlace({&*part, 1}); !put) return put.error();
-  return bytes;
 }
 
 }  // namespace t4d::voxel4d

@@ -9,7 +9,6 @@
 
 #include <fmt/format.h>
 
-#include "t4d/system/part_file.h"
 #include "t4d/voxel4d/field_metadata.h"
 #include "t4d/voxel4d/point_field.h"
 #include "t4d/voxel4d/vdb_file.h"
@@ -148,7 +147,7 @@ void addLeaves(const Grid& part, Grid& field) {
   }
 }
 
-/// The transform as writePointField sets it, which writeVdbPart takes.
+/// The transform as writePointField sets it, which writeVdb takes.
 openvdb::math::Transform::Ptr transformOf(const FieldPart& part) {
   const bool isFine = part.lattice.voxelSize < kFinestVoxel;
   return isFine ? transformOf(part.lattice) : part.header->transformPtr();
@@ -189,11 +188,8 @@ Result<JoinedField> joinPointFields(std::span<const fs::path> parts, const fs::p
                         ? joinedGrid<openvdb::FloatGrid>(read)
                         : joinedGrid<openvdb::Int32Grid>(read);
   if (!grid) return grid.error();
-  auto file = system::PartFile::create(path);
-  if (!file) return file.error();
-  const auto bytes = writeVdbPart(*file, path, *grid, first.lattice.voxelSize);
+  const auto bytes = writeVdb(path, *grid, first.lattice.voxelSize);
   if (!bytes) return bytes.error();
-  if (auto put = system::PartFile::putInPlace({&*file, 1}); !put) return put.error();
   return JoinedField{(*grid)->getName(), (*grid)->activeVoxelCount(), *bytes};
 }
 

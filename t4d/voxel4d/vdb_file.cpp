@@ -9,6 +9,7 @@
 #include <openvdb/io/Compression.h>
 #include <openvdb/io/GridDescriptor.h>
 
+#include "t4d/system/kept_inputs.h"
 #include "t4d/voxel4d/vdb_grid.h"
 
 namespace t4d::voxel4d {
@@ -177,6 +178,7 @@ Result<std::unique_ptr<VdbFile>> VdbFile::open(const std::filesystem::path& path
     return fail(ErrorCode::Io, "is not a regular file", path.string());
   }
   std::unique_ptr<VdbFile> file(new VdbFile);
+  system::noteInput(path);
   file->path_ = path;
   file->stream_.open(path, std::ios::binary);
   if (!file->stream_) {

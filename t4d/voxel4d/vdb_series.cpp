@@ -1,10 +1,12 @@
 #include "t4d/voxel4d/vdb_series.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 #include <set>
+#include <sstream>
+#include <string>
 #include <utility>
 
 #include <boost/uuid/name_generator_sha1.hpp>
@@ -46,13 +48,6 @@ void setVoxelSize(std::string& bytes, double size) {
   }
 }
 
-std::string bytesOf(std::istream& file) {
-  const auto size = static_cast<std::size_t>(file.seekg(0, std::ios::end).tellg());
-  std::string bytes(size, '\0');
-  file.seekg(0).read(bytes.data(), static_cast<std::streamsize>(size));
-  return bytes;
-}
-
 // Where the UUID of a file is: after magic number, versions and a flag.
 constexpr std::size_t kUuidAt = 21;
 constexpr std::size_t kUuidLength = 36;
@@ -64,16 +59,7 @@ void setUuid(std::string& bytes) {
   bytes.replace(kUuidAt, kUuidLength, to_string(named(bytes.data(), bytes.size())));
 }
 
-/// Replaces the random UUID of a file by one of its contents, so that the same grid makes the same
-/// bytes, and the transform if OpenVDB cannot make it.
-void amend(std::fstream& file, double voxelSize) {
-  std::string bytes = bytesOf(file);
-  if (voxelSize < kFinestVoxel) setVoxelSize(bytes, voxelSize);
-  setUuid(bytes);
-  file.seekp(0).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-}
-
-/// OpenVDB's own io::File does not notice a full disk; our stream throws.
+/// Encodes OpenVDB's files; its own io::File does not notice a full disk.
 struct Encoder : private openvdb::io::Archive {
   using Archive::write;
   static void encode(std::ostream& out, const openvdb::GridBase::Ptr& grid) {
@@ -81,30 +67,49 @@ struct Encoder : private openvdb::io::Archive {
   }
 };
 
-}  // namespace
+/// The bytes of a file. The random UUID is replaced by one of the contents, so that the same grid
+/// makes the same bytes, and the transform if OpenVDB cannot make it.
+std::string bytesOf(const openvdb::GridBase::Ptr& grid, double voxelSize) {
+  std::ostringstream out;
+  out.exceptions(std::ios::failbit | std::ios::badbit);
+  Encoder::encode(out, grid);
+  std::string bytes = std::move(out).str();
+  if (voxelSize < kFinestVoxel) setVoxelSize(bytes, voxelSize);
+  setUuid(bytes);
+  return bytes;
+}
 
-Result<std::uint64_t> writeVdbPart(const system::PartFile& part, const fs::path& target,
-                                   const openvdb::GridBase::Ptr& grid, double voxelSize) {
+/// Starts a file that has the bytes of a grid, and adds their number to `size`.
+Result<system::PartFile> vdbPart(const fs::path& target, const openvdb::GridBase::Ptr& grid,
+                                 double voxelSize, std::uint64_t& size) {
+  auto part = system::PartFile::create(target);
+  if (!part) return part;
+  std::string bytes;
   try {
-    std::fstream file;
-    file.exceptions(std::ios::failbit | std::ios::badbit);
-    file.open(part.path(), std::ios::binary | std::ios::in | std::ios::out | std::ios::trunc);
-    Encoder::encode(file, grid);
-    amend(file, voxelSize);
-    file.close();
-  } catch (const std::ios_base::failure&) {
-    return fail(ErrorCode::Failed, fmt::format("cannot write: {}", std::strerror(errno)),
-                target.string());
+    bytes = bytesOf(grid, voxelSize);
   } catch (const std::exception& exception) {
     return fail(ErrorCode::Failed, fmt::format("OpenVDB cannot write: {}", exception.what()),
                 target.string());
   }
-  return fs::file_size(part.path());
+  if (auto written = part->write(bytes); !written) return written.error();
+  size = bytes.size();
+  return part;
+}
+
+}  // namespace
+
+Result<std::uint64_t> writeVdb(const fs::path& path, const openvdb::GridBase::Ptr& grid,
+                               double voxelSize) {
+  std::uint64_t size = 0;
+  auto part = vdbPart(path, grid, voxelSize, size);
+  if (!part) return part.error();
+  if (auto put = system::PartFile::putInPlace({&*part, 1}); !put) return put.error();
+  return size;
 }
 
 Result<void> checkVdbContents(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
-  const std::string bytes = bytesOf(file);
+  const std::string bytes(std::istreambuf_iterator<char>(file), {});
   if (!file) return fail(ErrorCode::Io, "cannot be read", path.string());
   std::string expected = bytes;
   if (bytes.size() >= kUuidAt + kUuidLength) setUuid(expected);
@@ -171,13 +176,12 @@ VdbSeries::~VdbSeries() {
 }
 
 Result<std::uint64_t> VdbSeries::put(const openvdb::GridBase::Ptr& grid, double voxelSize) {
-  const fs::path target = folder_ / nextName();
-  auto part = system::PartFile::create(target);
+  std::uint64_t size = 0;
+  auto part = vdbPart(folder_ / nextName(), grid, voxelSize, size);
   if (!part) return part.error();
-  const auto bytes = writeVdbPart(*part, target, grid, voxelSize);
-  if (!bytes) return bytes;
+  if (auto closed = part->close(); !closed) return closed.error();
   parts_.push_back(std::move(*part));
-  return bytes;
+  return size;
 }
 
 Result<void> VdbSeries::commit() {

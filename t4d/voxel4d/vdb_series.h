@@ -12,12 +12,11 @@
 
 namespace t4d::voxel4d {
 
-/// Writes a grid to a part file of `target`; returns the bytes. Equal grids make equal bytes.
-Result<std::uint64_t> writeVdbPart(const system::PartFile& part,
-                                   const std::filesystem::path& target,
-                                   const openvdb::GridBase::Ptr& grid, double voxelSize);
+/// Writes a grid to a file; returns the bytes. Equal grids make equal bytes.
+Result<std::uint64_t> writeVdb(const std::filesystem::path& path,
+                               const openvdb::GridBase::Ptr& grid, double voxelSize);
 
-/// Fails unless a .vdb file has the bytes that writeVdbPart wrote: its UUID is made of them.
+/// Fails unless a .vdb file has the bytes that writeVdb wrote: its UUID is made of them.
 Result<void> checkVdbContents(const std::filesystem::path& path);
 
 /// Writes grids as frame_0000.vdb, frame_0001.vdb, ... into a folder. Files get their names in

@@ -16,6 +16,7 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
+#include "t4d/system/kept_inputs.h"
 #include "t4d/verbs/similar_words.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
@@ -146,6 +147,7 @@ int main(int argc, char** argv) {
   using namespace t4d::tools;
   keepStandardStreams();
   cleanUpOnSignals();
+  const t4d::system::KeptInputs kept;
   int exitCode = kFailed;
   try {
     exitCode = run(argc, argv);

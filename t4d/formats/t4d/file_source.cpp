@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "t4d/formats/t4d/byte_source.h"
+#include "t4d/system/kept_inputs.h"
 
 namespace t4d::formats {
 namespace {
@@ -34,6 +35,7 @@ class FileSource : public ByteSource {
     if (!S_ISREG(status.st_mode)) {
       return fail(ErrorCode::Io, "is not a regular file; slabs are read at their offsets", name_);
     }
+    system::noteInput(status);
     size_ = static_cast<std::uint64_t>(status.st_size);
     return {};
   }

@@ -11,6 +11,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "t4d/system/kept_inputs.h"
+
 namespace t4d::formats {
 
 struct PipeSource::Kept {
@@ -31,6 +33,7 @@ Result<std::unique_ptr<PipeSource>> PipeSource::open(const std::filesystem::path
   if (descriptor < 0 || ::fstat(descriptor, &status) != 0) {
     return fail(ErrorCode::Io, fmt::format("cannot open: {}", std::strerror(errno)), name);
   }
+  system::noteInput(status);
   std::unique_ptr<PipeSource> source(new PipeSource(name, descriptor));
   if (S_ISDIR(status.st_mode)) return fail(ErrorCode::Io, "is a folder", name);
   if (auto filled = source->fill(); !filled) return filled.error();
