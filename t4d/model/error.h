@@ -1,11 +1,13 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 #include <tl/expected.hpp>
 
@@ -28,7 +30,8 @@ enum class Remedy : std::uint8_t {
   IsoValue,            ///< give an iso value: the grids hold densities
   FrameTime,           ///< give the time between frames: the grids have none
   GridName,            ///< choose a grid by its name: there are several
-  ConeCaps,            ///< close the ends with cones
+  ConeCaps,            ///< mend the triangle mesh, or close the ends with cones
+  ConeCapsAlone,       ///< close the ends with cones: the mesh has been mended
   StepRule,            ///< allow larger steps
   Motion,              ///< change the motion: it is at fault, not the solid
   VoxelSize,           ///< choose voxels of another size
@@ -61,6 +64,8 @@ enum class Remedy : std::uint8_t {
   Origin,              ///< give an origin in the frame of the stock
   MachineZero,         ///< give the zero of the machine in the frame of the stock
   RotaryAxis,          ///< say how the machine turns
+  PlainGltf,           ///< write the glTF without compression
+  GiveMotion,          ///< give a motion: the file has none
 };
 
 /// Where an error is. Members are empty where the caller knows them, or where they do not apply.
@@ -109,6 +114,8 @@ struct Error {
   /// Byte offset in the file, if there is one.
   std::optional<std::uint64_t> offset = {};
   Remedy remedy = Remedy::None;
+  /// What else is wrong, found in the same run: errors of other bodies or files.
+  std::vector<Error> others = {};
 
   /// `where: message`, on one line.
   std::string text() const { return where.empty() ? message : where.text() + ": " + message; }
@@ -141,7 +148,14 @@ namespace t4d {
 
 [[nodiscard]] inline Error fail(ErrorCode code, std::string message, Place where = {},
                                 Remedy remedy = Remedy::None) {
-  return Error{code, std::move(message), std::move(where), {}, remedy};
+  return Error{code, std::move(message), std::move(where), {}, remedy, {}};
+}
+
+/// The first of one or more errors, with the others.
+[[nodiscard]] inline Error allErrors(std::vector<Error> errors) {
+  Error all = std::move(errors.front());
+  for (std::size_t i = 1; i < errors.size(); ++i) all.others.push_back(std::move(errors[i]));
+  return all;
 }
 
 [[nodiscard]] inline Error invalid(std::string message, Place where = {},

@@ -1,8 +1,11 @@
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <string>
 
 #include <fmt/format.h>
 
+#include "t4d/formats/gltf/gltf_meshopt.h"
 #include "t4d/formats/gltf/gltf_model.h"
 
 namespace t4d::formats {
@@ -97,6 +100,19 @@ class AccessorReader {
     return sum;
   }
 
+  /// Why the compressed bytes of a view are not there (unpackMeshoptViews).
+  std::optional<Error> notUnpacked(const tinygltf::BufferView& view, int index) const {
+    for (const std::string_view name : kMeshoptExtensions) {
+      const auto found = view.extensions.find(std::string(name));
+      if (found == view.extensions.end() || !found->second.Has(kMeshoptProblem)) continue;
+      return fail(ErrorCode::Unsupported,
+                  fmt::format("buffer view {} is compressed by {} and cannot be unpacked: {}",
+                              index, name, found->second.Get(kMeshoptProblem).Get<std::string>()),
+                  where_, gltfRemedyFor(name));
+    }
+    return std::nullopt;
+  }
+
   Result<Elements> locate(int viewIndex, std::size_t offset, int componentType, std::size_t width,
                           std::size_t count) const {
     const std::size_t elementBytes = componentBytes(componentType) * width;
@@ -110,18 +126,18 @@ class AccessorReader {
                      where_);
     }
     const auto& view = model_.bufferViews[static_cast<std::size_t>(viewIndex)];
-    if (view.extensions.count("EXT_meshopt_compression") > 0) {
-      return fail(ErrorCode::Unsupported,
-                  "is compressed by EXT_meshopt_compression, which is not "
-                  "supported",
-                  where_);
-    }
     if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= model_.buffers.size()) {
       return invalid(fmt::format("buffer view {} refers to buffer {}, but there are {}", viewIndex,
                                  view.buffer, model_.buffers.size()),
                      where_);
     }
     const auto& data = model_.buffers[static_cast<std::size_t>(view.buffer)].data;
+    if (data.empty()) {
+      if (auto packed = notUnpacked(view, viewIndex)) return *packed;
+      return invalid(fmt::format("buffer view {} refers to buffer {}, which has no data", viewIndex,
+                                 view.buffer),
+                     where_);
+    }
     if (view.byteOffset > data.size() || view.byteLength > data.size() - view.byteOffset) {
       return invalid(fmt::format("buffer view {} is {} bytes from byte {}, but its buffer has {}",
                                  viewIndex, view.byteLength, view.byteOffset, data.size()),

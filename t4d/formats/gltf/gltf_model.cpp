@@ -9,26 +9,57 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/formats/gltf/gltf_buffers.h"
+#include "t4d/formats/gltf/gltf_meshopt.h"
 #include "t4d/formats/text/json_check.h"
-#include "t4d/system/regular_file.h"
+#include "t4d/formats/text/json_object.h"
+#include "t4d/formats/triangle/triangle_mesh_writer.h"
 
 namespace t4d::formats {
 namespace {
 
+using nlohmann::json;
+
 constexpr std::size_t kGlbHeaderBytes = 20;  // magic, version, length; length and type of the JSON
-// tinygltf decodes embedded buffers with 32-bit counters.
+// tinygltf takes the length of a text as a 32-bit number.
 constexpr std::size_t kMostTextBytes = std::numeric_limits<std::int32_t>::max();
 constexpr std::size_t kMostBinaryBytes = std::numeric_limits<std::uint32_t>::max();
 
-/// The JSON text of the file, after a check of the container.
-Result<std::string_view> jsonOf(const InputFile& file) {
+constexpr std::size_t kChunkHeaderBytes = 8;
+
+/// The parts of a file.
+struct Container {
+  std::string_view json;
+  std::optional<std::string_view> binary;  ///< the chunk after the JSON; nothing if there is none
+};
+
+/// The chunk of a .glb after its JSON. What follows it is ignored, as the specification asks.
+Result<std::optional<std::string_view>> binaryChunkOf(const InputFile& file, std::size_t begin,
+                                                      std::size_t end) {
+  std::optional<std::string_view> chunk;
+  if (end - begin < kChunkHeaderBytes) return chunk;
+  const std::string_view bytes = file.bytes;
+  const auto size = loadNumber<std::uint32_t>(bytes.data() + begin);
+  if (bytes.substr(begin + 4, 4) != std::string_view("BIN\0", 4)) return chunk;
+  begin += kChunkHeaderBytes;
+  if (size > end - begin) {
+    return invalid(
+        fmt::format("declares {} bytes of binary data; only {} follow", size, end - begin),
+        file.atByte(begin - kChunkHeaderBytes));
+  }
+  chunk = bytes.substr(begin, size);
+  return chunk;
+}
+
+/// Checks the container.
+Result<Container> containerOf(const InputFile& file) {
   const std::string_view bytes = file.bytes;
   if (!bytes.starts_with("glTF")) {
     if (bytes.size() > kMostTextBytes) {
       return fail(ErrorCode::Unsupported, "text glTF of more than 2 GiB is not supported; use .glb",
                   file.path.string());
     }
-    return bytes;
+    return Container{bytes, {}};
   }
   if (bytes.size() < kGlbHeaderBytes) {
     return invalid(fmt::format("the file ends in the header of {} bytes", kGlbHeaderBytes),
@@ -53,47 +84,18 @@ Result<std::string_view> jsonOf(const InputFile& file) {
                                bytes.size() - kGlbHeaderBytes),
                    file.atByte(12));
   }
-  return bytes.substr(kGlbHeaderBytes, number(12));
+  if (bytes.substr(16, 4) != "JSON") {
+    return invalid("its first chunk is not JSON", file.atByte(16));
+  }
+  const std::size_t end = kGlbHeaderBytes + number(12);
+  const auto binary = binaryChunkOf(file, end, bytes.size());
+  if (!binary) return binary.error();
+  return Container{bytes.substr(kGlbHeaderBytes, number(12)), *binary};
 }
 
 /// Members that tinygltf takes for missing if they are not whole numbers.
 constexpr std::array<std::string_view, 3> kWholeNumbers = {"byteLength", "byteOffset",
                                                            "byteStride"};
-
-/// Where buffers are looked for, and those that were read.
-struct Buffers {
-  std::string folder;
-  std::vector<std::filesystem::path> files = {};
-};
-
-/// Buffers are looked for in the file's folder only; tinygltf would also search the working
-/// directory.
-bool isBeside(const std::string& path, void* buffers) {
-  const std::string& prefix = static_cast<const Buffers*>(buffers)->folder;
-  std::error_code ignored;
-  if (!path.starts_with(prefix)) return false;
-  // Links must not lead out of the folder either.
-  return system::isWithinFolder(path, prefix) && std::filesystem::is_regular_file(path, ignored);
-}
-
-std::string samePath(const std::string& path, void*) { return path; }
-
-bool readWhole(std::vector<unsigned char>* out, std::string* problem, const std::string& path,
-               void* buffers) {
-  const auto file = readInputFile(path);
-  if (!file) {
-    *problem = file.error().text();
-    return false;
-  }
-  out->assign(file->bytes.begin(), file->bytes.end());
-  static_cast<Buffers*>(buffers)->files.emplace_back(path);
-  return true;
-}
-
-bool ignoreImage(tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*,
-                 int, void*) {
-  return true;
-}
 
 std::string oneLine(std::string text) {
   while (!text.empty() && text.back() == '\n') text.pop_back();
@@ -101,82 +103,124 @@ std::string oneLine(std::string text) {
   return text;
 }
 
-/// Where JSON cannot be parsed; nothing if it can.
-std::optional<Error> brokenJson(const InputFile& file, std::string_view text) {
+Result<json> parsedJson(const InputFile& file, std::string_view text) {
   try {
-    if (nlohmann::json::parse(text).is_object()) return std::nullopt;
+    json document = json::parse(text);
+    if (document.is_object()) return document;
     return invalid("is not glTF 2.0: its JSON is not an object", file.path.string());
-  } catch (const nlohmann::json::parse_error& error) {
-    // "[json.exception.parse_error.101] parse error at line 3, column 5: ..."
-    std::string_view what = error.what();
-    what.remove_prefix(std::min(what.size(), what.find("] ") + 2));
+  } catch (const json::parse_error& error) {
     const auto begin = static_cast<std::size_t>(text.data() - file.bytes.data());
     const std::size_t byte = begin + (error.byte > 0 ? error.byte - 1 : 0);
-    return invalid(fmt::format("is not glTF 2.0: its JSON has a {}", what), file.atByte(byte));
-  } catch (const nlohmann::json::out_of_range& error) {
-    // "[json.exception.out_of_range.406] number overflow parsing '1e999'"
-    std::string_view what = error.what();
-    what.remove_prefix(std::min(what.size(), what.find("] ") + 2));
-    return invalid(fmt::format("is not glTF 2.0: its JSON has a {}", what), file.path.string());
+    return invalid(fmt::format("is not glTF 2.0: its JSON has a {}", jsonMessage(error)),
+                   file.atByte(byte));
+  } catch (const json::exception& error) {
+    return invalid(fmt::format("is not glTF 2.0: its JSON has a {}", jsonMessage(error)),
+                   file.path.string());
+  }
+}
+
+std::size_t sizeOfArray(const json& document, const char* member) {
+  const auto found = document.find(member);
+  return found != document.end() && found->is_array() ? found->size() : 0;
+}
+
+/// Gives channels of animations that move no node the number -1, without which tinygltf leaves them
+/// out: their extension says what they move.
+void numberTargets(json& document) {
+  const auto found = document.find("animations");
+  if (found == document.end() || !found->is_array()) return;
+  for (json& animation : *found) {
+    if (!animation.is_object() || !animation.contains("channels")) continue;
+    for (json& channel : animation["channels"]) {
+      if (!channel.is_object() || !channel.contains("target")) continue;
+      json& target = channel["target"];
+      if (target.is_object() && !target.contains("node")) target["node"] = -1;
+    }
   }
 }
 
 /// Extensions that are read, and prefixes of those that do not change positions and triangles.
-bool isSupported(const std::string& extension) {
+bool isSupported(std::string_view extension) {
   constexpr std::string_view kStarts[] = {"KHR_materials_",        "KHR_texture_",
                                           "EXT_texture_",          "KHR_lights_",
-                                          "KHR_mesh_quantization", "EXT_mesh_gpu_instancing"};
-  return std::any_of(std::begin(kStarts), std::end(kStarts),
-                     [&](std::string_view start) { return extension.starts_with(start); });
+                                          "KHR_mesh_quantization", "EXT_mesh_gpu_instancing",
+                                          "KHR_animation_pointer", "KHR_node_visibility"};
+  const auto begins = [&](std::string_view start) { return extension.starts_with(start); };
+  return std::ranges::any_of(kStarts, begins) || (hasMeshopt() && isMeshopt(extension));
+}
+
+/// Fails for other versions of glTF, and for documents that cannot be read right without an
+/// extension that is not supported.
+Result<void> checkVersionAndExtensions(const InputFile& file, const json& document) {
+  const auto asset = document.find("asset");
+  if (asset != document.end() && asset->is_object() && asset->contains("version")) {
+    const json& version = (*asset)["version"];
+    if (version.is_string() && !version.get_ref<const std::string&>().starts_with("2.")) {
+      return fail(ErrorCode::Unsupported,
+                  fmt::format("is glTF version '{}', expected 2.0", version.get<std::string>()),
+                  file.path.string());
+    }
+  }
+  const auto required = document.find("extensionsRequired");
+  if (required == document.end() || !required->is_array()) return {};
+  for (const json& extension : *required) {
+    if (!extension.is_string()) continue;
+    const auto& name = extension.get_ref<const std::string&>();
+    if (isSupported(name)) continue;
+    return fail(ErrorCode::Unsupported,
+                fmt::format("requires the extension {}, which is not supported", name),
+                file.path.string(), gltfRemedyFor(name));
+  }
+  return {};
 }
 
 }  // namespace
 
 Result<GltfModel> loadGltfModel(const InputFile& file) {
-  const auto json = jsonOf(file);
-  if (!json) return json.error();
-  if (auto good = checkJson(*json, file.path.string(), {.wholeNumbers = kWholeNumbers}); !good) {
+  const auto container = containerOf(file);
+  if (!container) return container.error();
+  if (auto good = checkJson(container->json, file.path.string(), {.wholeNumbers = kWholeNumbers});
+      !good) {
     return good.error();
   }
-  Buffers buffers{file.path.parent_path().string()};
-  if (buffers.folder.empty()) buffers.folder = ".";
-  tinygltf::TinyGLTF loader;
-  loader.SetFsCallbacks({isBeside, samePath, readWhole, nullptr, &buffers});
-  loader.SetImageLoader(ignoreImage, nullptr);
+  auto document = parsedJson(file, container->json);
+  if (!document) return document.error();
+  if (auto good = checkVersionAndExtensions(file, *document); !good) return good.error();
+  auto buffers = loadGltfBuffers(file, *document, container->binary);
+  if (!buffers) return buffers.error();
+  unpackMeshoptViews(*document, buffers->buffers);
+  numberTargets(*document);
+  // tinygltf would load both by itself: images, which are not read here, and no buffer that is
+  // larger than declared or that an extension defines.
+  const std::size_t images = sizeOfArray(*document, "images");
+  document->erase("images");
+  document->erase("buffers");
+
   GltfModel loaded;
   tinygltf::Model& model = loaded.model;
   std::string problem;
   std::string warning;
   bool parsed = false;
   try {
-    const auto size = static_cast<unsigned int>(file.bytes.size());
-    parsed =
-        file.bytes.starts_with("glTF")
-            ? loader.LoadBinaryFromMemory(&model, &problem, &warning,
-                                          reinterpret_cast<const unsigned char*>(file.bytes.data()),
-                                          size, buffers.folder)
-            : loader.LoadASCIIFromString(&model, &problem, &warning, file.bytes.data(), size,
-                                         buffers.folder);
+    const std::string text = document->dump();
+    parsed = tinygltf::TinyGLTF().LoadASCIIFromString(&model, &problem, &warning, text.data(),
+                                                      static_cast<unsigned int>(text.size()), "");
   } catch (const std::exception& exception) {
     problem = exception.what();
   }
   if (!parsed) {
-    if (const auto broken = brokenJson(file, *json)) return *broken;
     return invalid(fmt::format("is not glTF 2.0: {}", oneLine(problem)), file.path.string());
   }
-  if (!model.asset.version.starts_with("2.")) {
-    return fail(ErrorCode::Unsupported,
-                fmt::format("is glTF version '{}', expected 2.0", model.asset.version),
-                file.path.string());
-  }
-  for (const std::string& extension : model.extensionsRequired) {
-    if (isSupported(extension)) continue;
-    return fail(ErrorCode::Unsupported,
-                fmt::format("requires the extension {}, which is not supported", extension),
-                file.path.string());
-  }
-  loaded.bufferFiles = std::move(buffers.files);
+  model.buffers = std::move(buffers->buffers);
+  model.images.resize(images);
+  loaded.bufferFiles = std::move(buffers->files);
   return loaded;
+}
+
+Remedy gltfRemedyFor(std::string_view extension) {
+  const bool known =
+      extension == "KHR_draco_mesh_compression" || extension == "EXT_meshopt_compression";
+  return known ? Remedy::PlainGltf : Remedy::None;
 }
 
 Place gltfElement(const InputFile& file, const char* kind, int index, const std::string& member) {

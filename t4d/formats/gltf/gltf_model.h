@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <tiny_gltf.h>
@@ -19,10 +20,14 @@ struct GltfModel {
 };
 
 /// Parses a glTF 2.0 file, text or binary, and loads its buffers, which may be files in or below
-/// its folder. Does not load images. Fails on what tinygltf cannot parse, keys that occur twice in
-/// an object, negative offsets, other versions, and required extensions that would change the
-/// geometry.
+/// its folder; buffer views that meshoptimizer has compressed are unpacked. Does not load images.
+/// Fails on what tinygltf cannot parse, keys that occur twice in an object, negative offsets, other
+/// versions, and required extensions that would change the geometry.
 Result<GltfModel> loadGltfModel(const InputFile& file);
+
+/// What helps with an extension that is not supported: PlainGltf for those that common programs
+/// take out.
+Remedy gltfRemedyFor(std::string_view extension);
 
 /// The numbers of an accessor, element after element, `components` each: normalised integers are
 /// mapped to [-1, 1] or [0, 1], sparse values are substituted. Every range is checked against the

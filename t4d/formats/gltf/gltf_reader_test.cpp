@@ -3,9 +3,12 @@
 #include <limits>
 
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/formats/gltf/meshopt_pack.h"
 #include "t4d/formats/test_files.h"
+#include "t4d/formats/triangle/triangle_mesh_writer.h"
 
 namespace t4d::formats {
 namespace {
@@ -73,7 +76,22 @@ TEST(GltfReader, ReadsABufferBesideTheFileAndNoneElsewhere) {
   EXPECT_EQ(readBytes("a.gltf", document.dump()).mesh.triangles.size(), 2u);
   document["buffers"][0]["uri"] = "../square.bin";
   EXPECT_EQ(errorOf("a.gltf", document.dump()),
-            "a.gltf: is not glTF 2.0: File not found : ../square.bin");
+            "a.gltf: buffers[0]: is at '../square.bin', expected the name of a file beside the "
+            "glTF or in a folder below");
+  document["buffers"][0]["uri"] = "https://example.com/square.bin";
+  EXPECT_THAT(errorOf("a.gltf", document.dump()),
+              testing::HasSubstr("expected the name of a file"));
+  document["buffers"][0]["uri"] = "missing.bin";
+  EXPECT_EQ(errorOf("a.gltf", document.dump()),
+            "a.gltf: buffers[0]: needs the file 'missing.bin', which cannot be read: no such file");
+  document["buffers"][0]["uri"] = "short.bin";
+  writeFile("short.bin", squareBuffer().substr(1));
+  EXPECT_EQ(errorOf("a.gltf", document.dump()),
+            "a.gltf: buffers[0]: declares 60 bytes; 'short.bin' has 59");
+  // A file may be longer than its buffer.
+  document["buffers"][0]["uri"] = "long.bin";
+  writeFile("long.bin", squareBuffer() + "more");
+  EXPECT_EQ(readBytes("a.gltf", document.dump()).mesh.triangles.size(), 2u);
   // The file itself may be named in any way.
   document["buffers"][0]["uri"] = "square%20data.bin";
   const auto path = writeFile("a.gltf", document.dump());
@@ -161,7 +179,7 @@ TEST(GltfReader, NotesHiddenNodes) {
     {"op": "add", "path": "/nodes/-", "value": {"mesh": 0}},
     {"op": "add", "path": "/scenes/0/nodes/-", "value": 1}])")));
   EXPECT_EQ(loaded.mesh.triangles.size(), 2u);
-  EXPECT_EQ(loaded.notices, Lines{"left out 1 hidden node, whose scale is zero"});
+  EXPECT_EQ(loaded.notices, Lines{"left out 1 hidden node: scale zero or not visible"});
   EXPECT_EQ(loaded.losses, Lines{});
 }
 
@@ -403,10 +421,19 @@ TEST(GltfReader, RefusesWhatItCannotRead) {
   EXPECT_EQ(errorWith(R"([{"op": "add", "path": "/extensionsRequired",
                            "value": ["KHR_draco_mesh_compression"]}])"),
             "a.glb: requires the extension KHR_draco_mesh_compression, which is not supported");
-  EXPECT_EQ(errorWith(R"([{"op": "add", "path": "/meshes/0/primitives/0/extensions",
-                           "value": {"KHR_draco_mesh_compression": {"bufferView": 0}}}])"),
-            "a.glb: meshes[0].primitives[0]: is compressed by KHR_draco_mesh_compression, which "
-            "is not supported");
+  // An extension that is needed is named, whatever else the file would be refused for.
+  EXPECT_EQ(errorWith(R"([{"op": "add", "path": "/extensionsRequired", "value": ["EXT_new"]},
+                          {"op": "remove", "path": "/buffers/0/byteLength"}])"),
+            "a.glb: requires the extension EXT_new, which is not supported");
+  const char* draco = R"({"op": "add", "path": "/meshes/0/primitives/0/extensions",
+                          "value": {"KHR_draco_mesh_compression": {"bufferView": 0}}})";
+  EXPECT_EQ(
+      errorWith(fmt::format(R"([{}, {{"op": "remove", "path": "/accessors/0/bufferView"}}])", draco)
+                    .c_str()),
+      "a.glb: meshes[0].primitives[0]: is compressed by KHR_draco_mesh_compression, which "
+      "is not supported");
+  // It has the same mesh plain.
+  EXPECT_EQ(areaWith(fmt::format("[{}]", draco).c_str()), 1);
   EXPECT_EQ(errorWith(R"([{"op": "replace", "path": "/asset/version", "value": "1.0"}])"),
             "a.glb: is glTF version '1.0', expected 2.0");
   const std::string deep(100'000, '[');
@@ -422,6 +449,101 @@ TEST(GltfReader, RefusesWhatItCannotRead) {
                         bytes.size(), bytes.size() - 1));
   bytes.replace(4, 4, bytesOf(1));
   EXPECT_EQ(errorOf("a.glb", bytes), "a.glb: byte 4: is version 1 of binary glTF, expected 2");
+}
+
+/// The square, with one of its buffer views (0: positions, 1: indices) compressed, and no bytes
+/// of it as they are.
+std::string compressedSquare(std::size_t number, const std::string& extension,
+                             const std::string& packed, json view) {
+  auto document = squareDocument();
+  const std::string plain = squareBuffer();
+  view.update({{"buffer", 0}, {"byteOffset", 60}, {"byteLength", packed.size()}});
+  document["bufferViews"][number]["extensions"][extension] = view;
+  document["bufferViews"][number]["buffer"] = 1;
+  document["buffers"][0]["byteLength"] = 60 + packed.size();
+  document["buffers"].push_back(
+      {{"byteLength", 60}, {"extensions", {{extension, {{"fallback", true}}}}}});
+  document["extensionsRequired"] = {extension};
+  return glb(document,
+             std::string(60, '\0').replace(number == 0 ? 48 : 0, number == 0 ? 12 : 48, plain,
+                                           number == 0 ? 48 : 0, number == 0 ? 12 : 48) +
+                 packed);
+}
+
+std::string packedBytes(std::string_view bytes, std::size_t elementBytes, bool isTriangles) {
+  const auto packed =
+      meshoptPacked({reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()},
+                    elementBytes, isTriangles);
+  return packed ? std::string(packed->begin(), packed->end()) : std::string();
+}
+
+TEST(GltfReader, UnpacksWhatMeshoptimizerCompressed) {
+  if (!hasMeshopt()) GTEST_SKIP() << "no meshoptimizer";
+  const std::string plain = squareBuffer();
+  const json positions = {{"mode", "ATTRIBUTES"}, {"byteStride", 12}, {"count", 4}};
+  const json indices = {{"mode", "TRIANGLES"}, {"byteStride", 2}, {"count", 6}};
+  const std::string packedPositions = packedBytes(plain.substr(0, 48), 12, false);
+  const std::string packedIndices = packedBytes(plain.substr(48), 2, true);
+  for (const char* extension : {"EXT_meshopt_compression", "KHR_meshopt_compression"}) {
+    for (const auto& file : {compressedSquare(0, extension, packedPositions, positions),
+                             compressedSquare(1, extension, packedIndices, indices)}) {
+      const auto loaded = readBytes("a.glb", file);
+      EXPECT_EQ(areaAlongZ(loaded.mesh), 1);
+      EXPECT_EQ(loaded.mesh.triangles.size(), 2U);
+      EXPECT_TRUE(loaded.losses.empty());
+    }
+  }
+}
+
+TEST(GltfReader, UnpacksFiltersOfMeshoptimizer) {
+  if (!hasMeshopt()) GTEST_SKIP() << "no meshoptimizer";
+  // 2^E * M: E in the upper 8 bits, M in the lower 24. The square is four times as large.
+  std::string numbers;
+  for (const int x : {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0}) {
+    numbers += bytesOf(std::uint32_t{1U << 24U | static_cast<unsigned>(x)});
+  }
+  const auto loaded = readBytes(
+      "a.glb",
+      compressedSquare(
+          0, "EXT_meshopt_compression", packedBytes(numbers, 12, false),
+          {{"mode", "ATTRIBUTES"}, {"byteStride", 12}, {"count", 4}, {"filter", "EXPONENTIAL"}}));
+  EXPECT_EQ(areaAlongZ(loaded.mesh), 4);
+}
+
+TEST(GltfReader, SaysWhyItCannotUnpack) {
+  if (!hasMeshopt()) GTEST_SKIP() << "no meshoptimizer";
+  const std::string packed = packedBytes(squareBuffer().substr(0, 48), 12, false);
+  const auto problem = [&](const std::string& bytes, const json& changes) {
+    json view = {{"mode", "ATTRIBUTES"}, {"byteStride", 12}, {"count", 4}};
+    view.update(changes);
+    const std::string text =
+        errorOf("a.glb", compressedSquare(0, "EXT_meshopt_compression", bytes, view));
+    const std::string begin =
+        "a.glb: accessors[0]: buffer view 0 is compressed by EXT_meshopt_compression and cannot be "
+        "unpacked: ";
+    EXPECT_EQ(text.substr(0, begin.size()), begin);
+    return text.substr(std::min(text.size(), begin.size()));
+  };
+  EXPECT_EQ(problem(packed, {{"mode", "NEW"}}),
+            "4 elements of 12 bytes with mode NEW and filter NONE are not supported");
+  EXPECT_EQ(problem(packed, {{"filter", "QUATERNION"}}),
+            "4 elements of 12 bytes with mode ATTRIBUTES and filter QUATERNION are not supported");
+  EXPECT_EQ(problem(packed, {{"count", 1'000'000'000'000}}),
+            fmt::format("{} bytes cannot hold 1000000000000 elements of 12 bytes", packed.size()));
+  for (std::size_t size = 0; size < packed.size(); ++size) {
+    EXPECT_THAT(problem(packed.substr(0, size), json::object()),
+                testing::AnyOf(testing::HasSubstr("bytes are damaged"),
+                               testing::HasSubstr("bytes cannot hold")));
+  }
+  for (std::size_t i = 0; i < packed.size(); ++i) {
+    std::string damaged = packed;
+    damaged[i] = static_cast<char>(~damaged[i]);
+    const auto path = writeFile(
+        "a.glb", compressedSquare(0, "EXT_meshopt_compression", damaged,
+                                  {{"mode", "ATTRIBUTES"}, {"byteStride", 12}, {"count", 4}}));
+    const auto loaded = readTriangleMesh(path);  // read as other numbers, or refused
+    EXPECT_TRUE(loaded || loaded.error().where.file == path.string());
+  }
 }
 
 TEST(GltfReader, RefusesGeometryThatAFewBytesMultiply) {

@@ -11,4 +11,9 @@ std::optional<std::vector<unsigned char>> meshoptPacked(std::span<const unsigned
   return std::nullopt;
 }
 
+Result<std::vector<unsigned char>> meshoptUnpacked(std::span<const unsigned char> /*packed*/,
+                                                   const MeshoptView& /*view*/) {
+  return fail(ErrorCode::Unsupported, "this build has no meshoptimizer");
+}
+
 }  // namespace t4d::formats
