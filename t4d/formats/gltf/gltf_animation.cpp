@@ -52,6 +52,11 @@ class Moving : public MovingShape {
   std::shared_ptr<const GltfShape> shape_;
 };
 
+void insertTimes(const GltfCurve& curve, std::set<double>& times) {
+  const auto from0 = curve.timesFromZero();
+  times.insert(from0.begin(), from0.end());
+}
+
 /// The number of the element of that name, or of that number.
 template <class T>
 Result<int> chosen(const std::vector<T>& all, const std::string& wanted, const char* kind,
@@ -97,7 +102,7 @@ class AnimationReader {
       return invalid("holds no mesh that is visible in the scene", file_.path.string());
     }
     if (hidden > 0) {
-      scene_.notices.push_back(fmt::format("left out {}, whose scale is zero all the time",
+      scene_.notices.push_back(fmt::format("left out {}: scale zero or not visible all the time",
                                            model::counted(hidden, "hidden node")));
     }
     if (hiddenInstances_ > 0) {
@@ -105,10 +110,15 @@ class AnimationReader {
                                            model::counted(hiddenInstances_, "hidden instance")));
     }
     addHalfTurns();
+    if (moving_->keysBeforeZero > 0) {
+      scene_.notices.push_back(
+          fmt::format("{} before time 0, where the animation begins",
+                      model::counted(moving_->keysBeforeZero, "key is", "keys are")));
+    }
     scene_.losses = gltfLosses(model_, used_);
-    if (moving_->otherChannels > 0) {
-      scene_.losses.push_back(fmt::format("{} of the animation that move neither nodes nor weights",
-                                          model::counted(moving_->otherChannels, "channel")));
+    if (!moving_->others.empty()) {
+      scene_.losses.push_back(fmt::format("the animation of {}: it neither moves nodes nor morphs",
+                                          fmt::join(moving_->others, ", ")));
     }
     return std::move(scene_);
   }
@@ -116,7 +126,9 @@ class AnimationReader {
  private:
   Result<void> choose() {
     const std::string file = file_.path.string();
-    if (model_.animations.empty()) return invalid("has no animation", file);
+    if (model_.animations.empty()) {
+      return invalid("has no animation", file, Remedy::GiveMotion);
+    }
     if (!options_.animation.empty()) {
       const auto found = chosen(model_.animations, options_.animation, "animation", file);
       if (!found) return found.error();
@@ -214,9 +226,7 @@ class AnimationReader {
   bool mirrors(int index) const {
     std::set<double> times = {0, moving_->end};
     for (int i = index; i >= 0; i = moving_->node(i).parent) {
-      if (const GltfCurve* scales = moving_->node(i).scales) {
-        times.insert(scales->times().begin(), scales->times().end());
-      }
+      if (const GltfCurve* scales = moving_->node(i).scales) insertTimes(*scales, times);
     }
     double before = 0;
     for (const double time : times) {
@@ -265,6 +275,9 @@ class AnimationReader {
     };
     if (shape.joints.empty()) addChain(shape.node);
     for (const GltfJoint& joint : shape.joints) addChain(joint.node);
+    for (int i = shape.node; i >= 0; i = moving_->node(i).parent) {
+      curves.insert(moving_->node(i).visibles);
+    }
     curves.insert(shape.weightCurve);
     curves.erase(nullptr);
     return curves;
@@ -280,7 +293,7 @@ class AnimationReader {
     std::set<double> keys = {0, moving_->end};
     std::set<double> jumps = {0, moving_->end};
     for (const GltfCurve* curve : curvesOf(*shape)) {
-      keys.insert(curve->times().begin(), curve->times().end());
+      insertTimes(*curve, keys);
       const auto found = curve->jumps();
       jumps.insert(found.begin(), found.end());
     }
@@ -319,13 +332,14 @@ class AnimationReader {
     }
   }
 
+  /// A shape that deforms by joints is where these are, but visible as its node is.
   bool isHidden(const GltfShape& shape, double begin, double end) const {
-    if (!shape.joints.empty()) return false;
-    const auto isZero = [&](double time, Side side) {
-      return moving_->world(shape.node, time, side).linear().isZero(0);
+    const auto hiddenAt = [&](double time, Side side) {
+      if (!moving_->isVisible(shape.node, time, side)) return true;
+      return shape.joints.empty() && moving_->world(shape.node, time, side).linear().isZero(0);
     };
-    return isZero(begin, Side::Behind) && isZero(begin / 2 + end / 2, Side::Behind) &&
-           isZero(end, Side::Before);
+    return hiddenAt(begin, Side::Behind) && hiddenAt(begin / 2 + end / 2, Side::Behind) &&
+           hiddenAt(end, Side::Before);
   }
 
   const InputFile& file_;

@@ -43,6 +43,16 @@ class Gltf {
     channelText_ += fmt::format(R"({}{{"sampler":{},"target":{{"node":{},"path":"{}"}}}})", comma,
                                 channels_++, node, property);
   }
+  /// A channel with KHR_animation_pointer.
+  void animatePointer(const char* pointer, const char* interpolation,
+                      const std::vector<double>& times, const std::vector<double>& values) {
+    animate(-1, "pointer", interpolation, times, values);
+    const std::string node = R"("node":-1,)";
+    channelText_.erase(channelText_.rfind(node), node.size());
+    channelText_.insert(
+        channelText_.size() - 2,
+        fmt::format(R"(,"extensions":{{"KHR_animation_pointer":{{"pointer":"{}"}}}})", pointer));
+  }
   InputFile file(const std::string& primitive = {}) {
     const int positions =
         accessor("VEC3", {1, 1, 1, 2, -1, 0, 0, 2, -1, -1, 0, 2, /**/ 1, 1, 1}, 3);
@@ -419,6 +429,83 @@ TEST(GltfAnimation, LinearMotionHasKeysOnlyWhereTheFileHas) {
   EXPECT_EQ(run.time(3), 3);
   EXPECT_EQ(positionsAt(scene.bodies[0], 0), positionsAt(scene.bodies[0], 1));
   EXPECT_TRUE(run.pose(2));
+}
+
+TEST(GltfAnimation, KeysBeforeTimeZeroShapeTheCurvesAfterIt) {
+  // At time 0 half way from key 0 to key 1; before the first key, what the first key says.
+  Gltf gltf;
+  gltf.animate(0, "translation", "LINEAR", {-1, 1, 2}, {0, 0, 0, 4, 0, 0, 4, 8, 0});
+  const AnimatedScene scene = readOf(gltf.file(), 1e-9);
+  const auto& body = scene.bodies.at(0);
+  ASSERT_EQ(body.runs.size(), 1U);
+  ASSERT_EQ(body.runs[0]->count(), 3U);
+  EXPECT_EQ(body.runs[0]->time(0), 0);
+  EXPECT_EQ(body.runs[0]->time(1), 1);
+  EXPECT_EQ(positionsAt(body, 0)[0], Point3(1 + 2, 1, 1));
+  EXPECT_EQ(positionsAt(body, 1)[0], Point3(1 + 4, 1, 1));
+  EXPECT_EQ(scene.notices,
+            std::vector<std::string>{"1 key is before time 0, where the animation begins"});
+}
+
+TEST(GltfAnimation, JumpsBeforeTimeZeroAreOver) {
+  Gltf gltf;
+  gltf.animate(0, "translation", "STEP", {-2, -1, 0, 1}, {9, 9, 9, 8, 8, 8, 1, 0, 0, 2, 0, 0});
+  gltf.animate(0, "scale", "LINEAR", {-3, -2, 2}, {-1, -1, -1, 1, 1, 1, 1, 1, 1});
+  const AnimatedScene scene = readOf(gltf.file(), 1e-9);
+  const auto& body = scene.bodies.at(0);
+  ASSERT_EQ(body.runs.size(), 2U);
+  EXPECT_EQ(body.runs[0]->time(0), 0);
+  EXPECT_EQ(body.runs[0]->time(body.runs[0]->count() - 1), 1);
+  EXPECT_EQ(positionsAt(body, 0)[0], Point3(2, 1, 1));
+}
+
+TEST(GltfAnimation, PointersToNodesMoveThemAsPathsDo) {
+  Gltf paths;
+  paths.animate(0, "translation", "LINEAR", {0, 2}, {0, 0, 0, 5, 0, 0});
+  paths.animate(0, "rotation", "LINEAR", {0, 2}, {0, 0, 0, 1, 0, 0, kHalf, kHalf});
+  Gltf pointers;
+  pointers.animatePointer("/nodes/0/translation", "LINEAR", {0, 2}, {0, 0, 0, 5, 0, 0});
+  pointers.animate(0, "rotation", "LINEAR", {0, 2}, {0, 0, 0, 1, 0, 0, kHalf, kHalf});
+  pointers.more = R"(,"extensionsUsed":["KHR_animation_pointer"],)"
+                  R"("extensionsRequired":["KHR_animation_pointer"])";
+  const AnimatedScene expected = readOf(paths.file(), 0.01);
+  const AnimatedScene scene = readOf(pointers.file(), 0.01);
+  EXPECT_TRUE(scene.losses.empty());
+  const auto& runs = scene.bodies.at(0).runs;
+  ASSERT_EQ(runs[0]->count(), expected.bodies[0].runs[0]->count());
+  for (std::uint64_t key = 0; key < runs[0]->count(); ++key) {
+    EXPECT_EQ(positionsAt(scene.bodies[0], key), positionsAt(expected.bodies[0], key));
+  }
+}
+
+TEST(GltfAnimation, PointersToAnythingElseAreLostMotion) {
+  Gltf gltf;
+  gltf.animate(0, "translation", "LINEAR", {0, 2}, {0, 0, 0, 5, 0, 0});
+  gltf.animatePointer("/materials/0/emissiveFactor", "LINEAR", {0, 2}, {0, 0, 0, 5, 0, 0});
+  EXPECT_EQ(readOf(gltf.file(), 0.01).losses,
+            std::vector<std::string>{
+                "the animation of /materials/0/emissiveFactor: it neither moves nodes nor morphs"});
+  Gltf alone;
+  alone.animatePointer("/materials/0/emissiveFactor", "LINEAR", {0, 2}, {0, 0, 0, 5, 0, 0});
+  const auto nothing = readGltfAnimation(alone.file(), {});
+  ASSERT_FALSE(nothing);
+  EXPECT_EQ(nothing.error().message,
+            "has no key after time 0 that moves a node of the scene, so nothing moves; what moves "
+            "is not read: /materials/0/emissiveFactor");
+  EXPECT_EQ(nothing.error().remedy, Remedy::GiveMotion);
+}
+
+TEST(GltfAnimation, OthersAreNamedAsLost) {
+  Gltf gltf;
+  gltf.animate(0, "translation", "LINEAR", {0, 2}, {0, 0, 0, 5, 0, 0});
+  InputFile file = gltf.file();
+  const std::string go = R"("animations":[{"name":"go",)";
+  file.bytes.insert(file.bytes.find(go) + go.size() - 13,
+                    R"({"name":"run","samplers":[],"channels":[]},{"samplers":[],"channels":[]},)");
+  const auto scene = readGltfAnimation(file, {"go", "", 0.1});
+  ASSERT_TRUE(scene) << scene.error().text();
+  EXPECT_EQ(scene->losses,
+            std::vector<std::string>{"2 animations besides 'go', which is read: 'run', number 1"});
 }
 
 TEST(GltfAnimation, WhatIsNoAnimationIsRefused) {

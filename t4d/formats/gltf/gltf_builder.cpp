@@ -13,8 +13,10 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/formats/gltf/meshopt_pack.h"
+#include "t4d/formats/t4d/names.h"
 #include "t4d/formats/text/base64.h"
 #include "t4d/formats/triangle/written_mesh.h"
+#include "t4d/model/amount_text.h"
 #include "t4d/model/corner_attributes.h"
 
 namespace t4d::formats {
@@ -622,6 +624,24 @@ int GltfBuilder::addNode(tinygltf::Node node, int parent) {
   return index;
 }
 
+void GltfBuilder::keepNamesInUtf8() {
+  std::size_t changed = 0;
+  const auto keep = [&](auto& elements) {
+    for (auto& element : elements) {
+      if (isUtf8(element.name)) continue;
+      element.name = asName(element.name);
+      ++changed;
+    }
+  };
+  keep(model_.nodes);
+  keep(model_.meshes);
+  keep(model_.materials);
+  keep(model_.animations);
+  if (changed == 0) return;
+  lost_.push_back(fmt::format("bytes of {} that are not UTF-8, in place of which is _",
+                              model::counted(changed, "name")));
+}
+
 Result<std::string> GltfBuilder::documentJson() {
   tinygltf::Scene scene;
   scene.name = "t4d";
@@ -633,12 +653,13 @@ Result<std::string> GltfBuilder::documentJson() {
   }
   model_.scenes = {std::move(scene)};
   model_.defaultScene = 0;
+  keepNamesInUtf8();
   std::ostringstream stream;
   try {
     // Compact in a .glb, indented in a .gltf.
     tinygltf::TinyGLTF().WriteGltfSceneToStream(&model_, stream, isText_, false);
-  } catch (const std::exception& exception) {
-    return invalid(fmt::format("a name or an extra is not UTF-8 text: {}", exception.what()));
+  } catch (const std::exception&) {
+    return invalid("a text of it is not UTF-8");
   }
   std::string text = std::move(stream).str();
   if (!hasPointers_) return text;

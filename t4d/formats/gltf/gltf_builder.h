@@ -123,6 +123,8 @@ class GltfBuilder {
                              std::span<const model::Triangle> triangles,
                              tinygltf::Primitive& primitive);
   int materialOf(const NamedMesh& named);
+  /// Names that are not UTF-8, which JSON must be, with _ in place of the wrong bytes.
+  void keepNamesInUtf8();
   Result<std::string> documentJson();
   /// Compresses the pieces, and says so in the document.
   Result<void> compress(std::string& document);

@@ -55,6 +55,9 @@ Result<GltfCurve> GltfCurve::read(const InputFile& file, const tinygltf::Model& 
   }
   auto times = readGltfAccessor(file, model, from->input, 1);
   if (!times) return times.error();
+  if (kind == Kind::Truth && curve.interpolation_ != Interpolation::Step) {
+    return invalid("interpolates truth values, expected STEP", where);
+  }
   // Weights are scalars, one after the other.
   auto numbers = readGltfAccessor(file, model, from->output, kind == Kind::Weights ? 1 : width);
   if (!numbers) return numbers.error();
@@ -64,8 +67,8 @@ Result<GltfCurve> GltfCurve::read(const InputFile& file, const tinygltf::Model& 
   if (curve.times_.empty()) return invalid("has no keys", where);
   for (std::size_t i = 0; i < curve.times_.size(); ++i) {
     const double time = curve.times_[i];
-    if (!std::isfinite(time) || time < 0) {
-      return invalid(fmt::format("key {} is at time {}, expected 0 or later", i, time), where);
+    if (!std::isfinite(time)) {
+      return invalid(fmt::format("key {} is at time {}", i, time), where);
     }
     if (i > 0 && !(time > curve.times_[i - 1])) {
       return invalid(fmt::format("key {} is at time {}, not after the key before it, at {}", i,
@@ -80,8 +83,9 @@ Result<GltfCurve> GltfCurve::read(const InputFile& file, const tinygltf::Model& 
                                curve.numbers_.size(), expected),
                    where);
   }
-  for (const double number : curve.numbers_) {
+  for (double& number : curve.numbers_) {
     if (!std::isfinite(number)) return invalid("a number that is not finite", where);
+    if (kind == Kind::Truth) number = number != 0 ? 1 : 0;
   }
   for (std::size_t i = 0; rotation && i < curve.times_.size(); ++i) {
     const std::size_t at = (i * perKey + perKey / 2) * 4;
@@ -101,11 +105,15 @@ VectorXd GltfCurve::value(std::size_t key) const {
   return Eigen::Map<const VectorXd>(&numbers_[cubic ? (3 * key + 1) * width : key * width], width_);
 }
 
+std::span<const double> GltfCurve::timesFromZero() const {
+  return {std::ranges::lower_bound(times_, 0.0), times_.end()};
+}
+
 std::vector<double> GltfCurve::jumps() const {
   std::vector<double> found;
   if (interpolation_ != Interpolation::Step) return found;
   for (std::size_t key = 1; key < times_.size(); ++key) {
-    if (value(key) != value(key - 1)) found.push_back(times_[key]);
+    if (times_[key] > 0 && value(key) != value(key - 1)) found.push_back(times_[key]);
   }
   return found;
 }
@@ -114,6 +122,7 @@ std::vector<model::HalfTurn> GltfCurve::halfTurns() const {
   std::vector<model::HalfTurn> found;
   if (!rotation_ || interpolation_ != Interpolation::Linear) return found;
   for (std::size_t key = 0; key + 1 < times_.size(); ++key) {
+    if (times_[key + 1] <= 0) continue;
     const Eigen::Quaterniond from(Eigen::Vector4d(value(key)));
     Eigen::Quaterniond turn = Eigen::Quaterniond(Eigen::Vector4d(value(key + 1))) * from.inverse();
     // slerp takes the shorter way.

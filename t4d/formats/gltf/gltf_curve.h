@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -15,22 +16,26 @@ namespace t4d::formats {
 class GltfCurve {
  public:
   enum class Interpolation : std::uint8_t { Step, Linear, CubicSpline };
-  enum class Kind : std::uint8_t { Vector, Rotation, Weights };
+  /// Truths are 0 for false, and STEP.
+  enum class Kind : std::uint8_t { Vector, Rotation, Weights, Truth };
   /// At a jump, the value before or behind it.
   enum class Side : std::uint8_t { Before, Behind };
 
   /// Reads the sampler of a channel; `width` numbers make a value: 3 of a vector, 4 of a
-  /// rotation, one for each morph target. Fails for times that do not
+  /// rotation, one for each morph target. Keys may be before time 0. Fails for times that do not
   /// increase, numbers that are not finite, other counts than the times ask for, and quaternions of
   /// length zero.
   static Result<GltfCurve> read(const InputFile& file, const tinygltf::Model& model, int animation,
                                 int sampler, Kind kind, int width);
 
   const std::vector<double>& times() const { return times_; }
-  /// The times at which a STEP curve changes.
+  /// The times from 0 on, where animations begin.
+  std::span<const double> timesFromZero() const;
+  /// The times after 0 at which a STEP curve changes.
   std::vector<double> jumps() const;
   Eigen::VectorXd at(double time, Side side) const;
-  /// Of a LINEAR rotation, keys that are half a turn apart; of anything else, none.
+  /// Of a LINEAR rotation, keys that are half a turn apart, the later one after time 0; of anything
+  /// else, none.
   std::vector<model::HalfTurn> halfTurns() const;
 
   /// The control points of the curve on [begin, end], which holds no key but at its ends, as

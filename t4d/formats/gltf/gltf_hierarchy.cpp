@@ -5,8 +5,10 @@
 
 #include <Eigen/SVD>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "t4d/formats/gltf/gltf_geometry.h"
+#include "t4d/formats/gltf/gltf_target.h"
 
 namespace t4d::formats {
 namespace {
@@ -14,6 +16,7 @@ namespace {
 using Eigen::Affine3d;
 using model::Point3;
 using Side = GltfCurve::Side;
+using Property = GltfTarget::Property;
 
 class HierarchyReader {
  public:
@@ -37,6 +40,7 @@ class HierarchyReader {
       made.parent = node.parent;
       made.local = node.local;
       made.translation = node.local.translation();
+      made.visible = node.visible;
       if (!from.rotation.empty()) {
         made.rotation = Eigen::Quaterniond(Eigen::Map<const Eigen::Vector4d>(from.rotation.data()));
         made.rotation.normalize();
@@ -59,53 +63,83 @@ class HierarchyReader {
       const auto& channel = animation.channels[i];
       const Place where =
           gltfElement(file_, "animations", animation_, fmt::format(".channels[{}]", i));
-      auto* node = nodeAt(channel.target_node);
-      const std::string& path = channel.target_path;
-      const bool known =
-          path == "translation" || path == "rotation" || path == "scale" || path == "weights";
-      if (!known) ++found_.otherChannels;
-      if (channel.target_node >= static_cast<int>(model_.nodes.size())) {
-        return invalid(fmt::format("moves node {}, which does not exist; there are {}",
-                                   channel.target_node, model_.nodes.size()),
-                       where);
+      const GltfTarget target = gltfTargetOf(model_, channel);
+      if (target.property == Property::Other) found_.others.push_back(target.name);
+      for (const int node : target.nodes) {
+        if (auto done = readChannel(target, node, channel.sampler, where); !done) return done;
       }
-      // What is not in the scene does not move anything.
-      if (!known || node == nullptr) continue;
-      const auto& target = model_.nodes[static_cast<std::size_t>(channel.target_node)];
-      const GltfCurve*& slot = path == "translation" ? (*node)->translations
-                               : path == "rotation"  ? (*node)->rotations
-                               : path == "scale"
-                                   ? (*node)->scales
-                                   : found_.weights[static_cast<std::size_t>(channel.target_node)];
-      if (slot != nullptr) {
-        return invalid(fmt::format("moves the {} of node {}, as another channel does", path,
-                                   channel.target_node),
-                       where);
-      }
-      if (!target.matrix.empty() && path != "weights") {
-        return invalid(fmt::format("moves node {}, which has a matrix", channel.target_node),
-                       where);
-      }
-      const auto kind = path == "rotation"  ? GltfCurve::Kind::Rotation
-                        : path == "weights" ? GltfCurve::Kind::Weights
-                                            : GltfCurve::Kind::Vector;
-      const int width = kind == GltfCurve::Kind::Rotation  ? 4
-                        : kind == GltfCurve::Kind::Weights ? gltfTargetCount(model_, target.mesh)
-                                                           : 3;
-      if (width == 0) {
-        return invalid(fmt::format("moves the weights of node {}, whose mesh has no morph targets",
-                                   channel.target_node),
-                       where);
-      }
-      auto curve = GltfCurve::read(file_, model_, animation_, channel.sampler, kind, width);
-      if (!curve) return curve.error();
-      found_.end = std::max(found_.end, curve->times().back());
-      found_.curves.push_back(std::make_unique<GltfCurve>(std::move(*curve)));
-      slot = found_.curves.back().get();
     }
     if (found_.end > 0) return {};
-    return invalid("has no key after time 0 that moves a node of the scene, so nothing moves",
-                   gltfElement(file_, "animations", animation_));
+    const std::string others = found_.others.empty() ? std::string()
+                                                     : fmt::format("; what moves is not read: {}",
+                                                                   fmt::join(found_.others, ", "));
+    return invalid(
+        fmt::format("has no key after time 0 that moves a node of the scene, so nothing moves{}",
+                    others),
+        gltfElement(file_, "animations", animation_), Remedy::GiveMotion);
+  }
+
+  Result<void> readChannel(const GltfTarget& target, int index, int sampler, const Place& where) {
+    const auto* moved = elementAt(model_.nodes, index);
+    if (moved == nullptr && index >= 0) {
+      return invalid(fmt::format("moves node {}, which does not exist; there are {}", index,
+                                 model_.nodes.size()),
+                     where);
+    }
+    auto* node = nodeAt(index);
+    // What is not in the scene does not move anything.
+    if (node == nullptr || target.property == Property::Other) return {};
+    const GltfCurve*& slot = slotOf(**node, index, target.property);
+    if (slot != nullptr) {
+      return invalid(
+          fmt::format("moves the {} of node {}, as another channel does", target.name, index),
+          where);
+    }
+    const bool isWeights = target.property == Property::Weights;
+    if (!moved->matrix.empty() && !isWeights && target.property != Property::Visible) {
+      return invalid(fmt::format("moves node {}, which has a matrix", index), where);
+    }
+    const auto [kind, width] = valueOf(target.property, moved->mesh);
+    if (width == 0) {
+      return invalid(
+          fmt::format("moves the weights of node {}, whose mesh has no morph targets", index),
+          where);
+    }
+    auto curve = GltfCurve::read(file_, model_, animation_, sampler, kind, width);
+    if (!curve) return curve.error();
+    found_.end = std::max(found_.end, curve->times().back());
+    found_.keysBeforeZero += curve->times().size() - curve->timesFromZero().size();
+    found_.curves.push_back(std::make_unique<GltfCurve>(std::move(*curve)));
+    slot = found_.curves.back().get();
+    return {};
+  }
+
+  const GltfCurve*& slotOf(GltfMovingNode& node, int index, Property property) {
+    switch (property) {
+      case Property::Translation:
+        return node.translations;
+      case Property::Rotation:
+        return node.rotations;
+      case Property::Scale:
+        return node.scales;
+      case Property::Visible:
+        return node.visibles;
+      default:
+        return found_.weights[static_cast<std::size_t>(index)];
+    }
+  }
+
+  std::pair<GltfCurve::Kind, int> valueOf(Property property, int mesh) const {
+    switch (property) {
+      case Property::Rotation:
+        return {GltfCurve::Kind::Rotation, 4};
+      case Property::Weights:
+        return {GltfCurve::Kind::Weights, gltfTargetCount(model_, mesh)};
+      case Property::Visible:
+        return {GltfCurve::Kind::Truth, 1};
+      default:
+        return {GltfCurve::Kind::Vector, 3};
+    }
   }
 
   /// A solid that shrinks to nothing, or through it, is no solid there.
@@ -114,9 +148,9 @@ class HierarchyReader {
       if (!found_.nodes[i] || found_.nodes[i]->scales == nullptr) continue;
       const GltfCurve& scales = *found_.nodes[i]->scales;
       for (std::size_t key = 1; key < scales.times().size(); ++key) {
-        const double begin = scales.times()[key - 1];
+        const double begin = std::max(0.0, scales.times()[key - 1]);
         const double end = scales.times()[key];
-        if (!shrinksToZero(scales, begin, end, 0)) continue;
+        if (end <= begin || !shrinksToZero(scales, begin, end, 0)) continue;
         return invalid(
             fmt::format("its scale shrinks to zero, or through it, from time {} to {}; a solid "
                         "keeps a size, or is hidden by STEP keys of zero",
@@ -154,15 +188,16 @@ class HierarchyReader {
 }  // namespace
 
 Affine3d GltfMovingNode::at(double time, Side side) const {
-  if (!moves()) return local;
-  Affine3d transform = Affine3d::Identity();
-  transform.translation() =
-      translations != nullptr ? Point3(translations->at(time, side)) : translation;
-  const Eigen::Quaterniond turn =
-      rotations != nullptr ? Eigen::Quaterniond(Eigen::Vector4d(rotations->at(time, side)))
-                           : rotation;
-  const Point3 factors = scales != nullptr ? Point3(scales->at(time, side)) : scale;
-  transform.linear() = turn.toRotationMatrix() * factors.asDiagonal();
+  Affine3d transform = local;
+  if (moves()) {
+    transform.translation() =
+        translations != nullptr ? Point3(translations->at(time, side)) : translation;
+    const Eigen::Quaterniond turn =
+        rotations != nullptr ? Eigen::Quaterniond(Eigen::Vector4d(rotations->at(time, side)))
+                             : rotation;
+    const Point3 factors = scales != nullptr ? Point3(scales->at(time, side)) : scale;
+    transform.linear() = turn.toRotationMatrix() * factors.asDiagonal();
+  }
   return transform;
 }
 
@@ -194,6 +229,14 @@ Affine3d GltfHierarchy::world(int index, double time, Side side) const {
     transform = node(i).at(time, side) * transform;
   }
   return transform;
+}
+
+bool GltfHierarchy::isVisible(int index, double time, Side side) const {
+  for (int i = index; i >= 0; i = node(i).parent) {
+    const GltfCurve* curve = node(i).visibles;
+    if (curve != nullptr ? curve->at(time, side)[0] == 0 : !node(i).visible) return false;
+  }
+  return true;
 }
 
 CurveBound GltfHierarchy::bound(int index, CurveBound point, double begin, double end) const {

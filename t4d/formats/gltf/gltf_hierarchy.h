@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -24,6 +25,8 @@ struct GltfMovingNode {
   const GltfCurve* translations = nullptr;
   const GltfCurve* rotations = nullptr;
   const GltfCurve* scales = nullptr;
+  const GltfCurve* visibles = nullptr;
+  bool visible = true;  ///< where no curve says so (KHR_node_visibility)
 
   bool moves() const {
     return translations != nullptr || rotations != nullptr || scales != nullptr;
@@ -39,7 +42,8 @@ struct GltfHierarchy {
   std::vector<std::optional<GltfMovingNode>> nodes;  ///< by index; nothing outside the scene
   std::vector<const GltfCurve*> weights;  ///< of the morph targets, by node; null where they rest
   double end = 0;                         ///< the time of the last key
-  std::size_t otherChannels = 0;          ///< that move neither nodes nor weights
+  std::size_t keysBeforeZero = 0;
+  std::vector<std::string> others;  ///< what channels move besides nodes: paths, or pointers
 
   bool has(int index) const {
     return index >= 0 && static_cast<std::size_t>(index) < nodes.size() &&
@@ -49,6 +53,8 @@ struct GltfHierarchy {
 
   /// From the coordinates of a node to those of the scene.
   Eigen::Affine3d world(int index, double time, GltfCurve::Side side) const;
+  /// Whether the node and all above it are visible (KHR_node_visibility).
+  bool isVisible(int index, double time, GltfCurve::Side side) const;
   /// Of the place in the scene of a point that moves within a node's coordinates.
   CurveBound bound(int index, CurveBound point, double begin, double end) const;
 };

@@ -8,7 +8,9 @@
 
 #include "t4d/formats/gltf/gltf_builder.h"
 #include "t4d/formats/gltf/gltf_instances.h"
+#include "t4d/formats/gltf/gltf_meshopt.h"
 #include "t4d/formats/gltf/gltf_model.h"
+#include "t4d/formats/gltf/gltf_target.h"
 #include "t4d/model/amount_text.h"
 
 namespace t4d::formats {
@@ -34,8 +36,10 @@ std::string attributeWord(std::string_view name) {
 /// Extensions that are read, that change nothing that is read, or that are told by other words.
 bool isToldOtherwise(std::string_view extension) {
   return extension == "KHR_mesh_quantization" || extension == "KHR_draco_mesh_compression" ||
-         extension == "EXT_mesh_gpu_instancing" || extension.starts_with("KHR_materials_") ||
-         extension.starts_with("KHR_texture_") || extension.starts_with("EXT_texture_");
+         extension == "EXT_mesh_gpu_instancing" || extension == "KHR_animation_pointer" ||
+         extension == "KHR_node_visibility" || isMeshopt(extension) ||
+         extension.starts_with("KHR_materials_") || extension.starts_with("KHR_texture_") ||
+         extension.starts_with("EXT_texture_");
 }
 
 class Losses {
@@ -59,19 +63,35 @@ class Losses {
 
   void animation() {
     if (used_.animation) {
-      const std::size_t others = model_.animations.size() - 1;
-      if (others > 0) add("{} besides the one that is read", counted(others, "animation"));
+      otherAnimations(*used_.animation);
       return;
     }
     std::set<int> moved;
     for (const auto& animation : model_.animations) {
       for (const auto& channel : animation.channels) {
-        if (used_.nodes.contains(channel.target_node)) moved.insert(channel.target_node);
+        for (const int node : gltfTargetOf(model_, channel).nodes) {
+          if (used_.nodes.contains(node)) moved.insert(node);
+        }
       }
     }
     if (!moved.empty()) {
       add("the animation of {}: the mesh is as it is at rest", counted(moved.size(), "node"));
     }
+  }
+
+  void otherAnimations(int taken) {
+    std::vector<std::string> others;
+    for (std::size_t i = 0; i < model_.animations.size(); ++i) {
+      if (static_cast<int>(i) != taken) others.push_back(animationName(i));
+    }
+    if (others.empty()) return;
+    add("{} besides {}, which is read: {}", counted(others.size(), "animation"),
+        animationName(static_cast<std::size_t>(taken)), fmt::join(others, ", "));
+  }
+
+  std::string animationName(std::size_t index) const {
+    const std::string& name = model_.animations[index].name;
+    return name.empty() ? fmt::format("number {}", index) : fmt::format("'{}'", name);
   }
 
   void nodes() {

@@ -52,8 +52,8 @@ class RestReader {
           cornerAttribute(rows, corners.points, corners, loaded->mesh));
     }
     if (hidden_ > 0) {
-      loaded->notices.push_back(
-          fmt::format("left out {}, whose scale is zero", model::counted(hidden_, "hidden node")));
+      loaded->notices.push_back(fmt::format("left out {}: scale zero or not visible",
+                                            model::counted(hidden_, "hidden node")));
     }
     if (hiddenInstances > 0) {
       loaded->notices.push_back(fmt::format("left out {}, whose scale is zero",
@@ -98,7 +98,8 @@ class RestReader {
     for (const GltfNode& node : scene->nodes) {
       const Placed above =
           node.parent < 0 ? Placed{} : placed[static_cast<std::size_t>(node.parent)];
-      const Eigen::Affine3d world = above.world * node.local;
+      Eigen::Affine3d world = above.world * node.local;
+      if (!node.visible) world.linear().setZero();
       const bool hidden = world.linear().isZero(0);
       hidden_ += hidden && !above.hidden;
       placed[static_cast<std::size_t>(node.index)] = {node.parent, world, hidden};

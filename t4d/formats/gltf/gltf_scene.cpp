@@ -11,6 +11,13 @@
 namespace t4d::formats {
 namespace {
 
+bool isVisible(const tinygltf::Node& node) {
+  const auto found = node.extensions.find("KHR_node_visibility");
+  if (found == node.extensions.end() || !found->second.Has("visible")) return true;
+  const tinygltf::Value& visible = found->second.Get("visible");
+  return !visible.IsBool() || visible.Get<bool>();
+}
+
 class Walk {
  public:
   Walk(const InputFile& file, const tinygltf::Model& model) : file_(file), model_(model) {}
@@ -44,7 +51,7 @@ class Walk {
       visited[static_cast<std::size_t>(index)] = true;
       const auto local = localTransform(*node, index);
       if (!local) return local.error();
-      scene_.nodes.push_back({index, parent, *local});
+      scene_.nodes.push_back({index, parent, *local, isVisible(*node)});
       push(node->children, index);
     }
     return std::move(scene_);

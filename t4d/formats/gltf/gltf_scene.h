@@ -13,6 +13,7 @@ struct GltfNode {
   int index = 0;
   int parent = -1;        ///< the index of another node; -1 for none
   Eigen::Affine3d local;  ///< at rest, from its coordinates to those of its parent
+  bool visible = true;    ///< at rest, by itself (KHR_node_visibility)
 };
 
 struct GltfScene {

@@ -1,7 +1,9 @@
 #include "t4d/formats/gltf/gltf_writer.h"
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/formats/gltf/gltf_animation.h"
 #include "t4d/formats/gltf/gltf_builder.h"
 #include "t4d/formats/input_file.h"
 #include "t4d/formats/test_files.h"
@@ -58,6 +60,36 @@ TEST(GltfWriter, WritesWhatTheReaderReads) {
     EXPECT_NEAR(model::signedVolume(loaded->mesh), 3.1, 1e-8);
     EXPECT_EQ(documentOf(path)["meshes"].size(), 2u);
     EXPECT_EQ(loaded->mesh.vertices[1], model::Point3(0.1F, 0, 0));
+  }
+}
+
+TEST(GltfWriter, WhatIsCompressedIsReadAsIfItWereNot) {
+  if (!hasMeshopt()) GTEST_SKIP() << "no meshoptimizer";
+  NamedMesh fine = box(2);
+  // Large enough that the compression is worth its header.
+  for (int i = 0; i < 200; ++i) {
+    const NamedMesh more = box(1 + 0.25 * i, 1 + 0.125 * i);
+    const auto first = static_cast<std::uint32_t>(fine.mesh.vertices.size());
+    for (const auto& p : more.mesh.vertices) fine.mesh.vertices.push_back(p);
+    for (const auto& [a, b, c] : more.mesh.triangles) {
+      fine.mesh.triangles.push_back({first + a, first + b, first + c});
+    }
+  }
+  for (const char* name : {"plain.glb", "plain.gltf"}) {
+    const auto plain = temporaryPath(name);
+    ASSERT_TRUE(writeTriangleMeshes(plain, std::vector{fine}));
+    const auto packed = temporaryPath("packed").replace_extension(plain.extension());
+    MeshWriteOptions options;
+    options.gltf.meshopt = true;
+    ASSERT_TRUE(writeTriangleMeshes(packed, std::vector{fine}, options));
+    EXPECT_LT(std::filesystem::file_size(packed), std::filesystem::file_size(plain));
+    EXPECT_EQ(documentOf(packed)["extensionsRequired"][0], "EXT_meshopt_compression");
+    const auto expected = readTriangleMesh(plain);
+    const auto loaded = readTriangleMesh(packed);
+    ASSERT_TRUE(loaded) << loaded.error().text();
+    EXPECT_EQ(loaded->mesh.vertices, expected->mesh.vertices);
+    EXPECT_EQ(model::signedVolume(loaded->mesh), model::signedVolume(expected->mesh));
+    EXPECT_TRUE(loaded->losses.empty());
   }
 }
 
@@ -152,9 +184,19 @@ TEST(GltfWriter, RefusesWhatCannotBeWritten) {
             "0 metres for a unit of length, expected more than 0");
   EXPECT_EQ(writeTriangleMeshes(path, {}, {.placement = {1, false, "[1]"}}).error().message,
             "the extras are not a JSON object");
-  EXPECT_NE(writeTriangleMeshes(path, std::vector{box(1, 1, "\xff")}).error().message.find("UTF-8"),
-            std::string::npos);
   EXPECT_FALSE(std::filesystem::exists(path));
+}
+
+TEST(GltfWriter, KeepsNamesAsFarAsTheyAreUtf8) {
+  const auto path = temporaryPath("names.glb");
+  const auto lost = writeTriangleMeshes(
+      path, std::vector{box(1, 1, "caf\xe9"), box(2, 1, "caf\xc3\xa9"), box(3, 1, "a/b")});
+  ASSERT_TRUE(lost) << lost.error().text();
+  ASSERT_EQ(lost->size(), 1U);
+  EXPECT_NE(lost->front().find("that are not UTF-8"), std::string::npos);
+  std::vector<std::string> names;
+  for (const auto& mesh : documentOf(path)["meshes"]) names.push_back(mesh["name"]);
+  EXPECT_EQ(names, (std::vector<std::string>{"caf_", "caf\xc3\xa9", "a/b"}));
 }
 
 TEST(GltfWriter, StopsBeforeAFileGrowsBeyondItsLimit) {
@@ -364,9 +406,34 @@ TEST(FlipbookWriter, RestsAtTheFirstFrame) {
   ASSERT_TRUE(loaded) << loaded.error().text();
   EXPECT_EQ(model::signedVolume(loaded->mesh), 5);
   EXPECT_EQ(loaded->notices,
-            std::vector<std::string>{"left out 1 hidden node, whose scale is zero"});
+            std::vector<std::string>{"left out 1 hidden node: scale zero or not visible"});
   EXPECT_EQ(loaded->losses,
             std::vector<std::string>{"the animation of 2 nodes: the mesh is as it is at rest"});
+}
+
+TEST(FlipbookWriter, IsReadAsTheFramesThatItShows) {
+  for (const bool visibility : {false, true}) {
+    const auto path = temporaryPath("shown.glb");
+    MeshWriteOptions options;
+    options.gltf.visibility = visibility;
+    auto writer = FlipbookWriter::create(path, 2, options);
+    for (const int width : {2, 3, 5}) ASSERT_TRUE(writer->add(width, std::vector{box(width)}));
+    ASSERT_TRUE(writer->finish());
+    const auto scene = readGltfAnimation(*readInputFile(path), {});
+    ASSERT_TRUE(scene) << scene.error().text();
+    EXPECT_TRUE(scene->losses.empty());
+    ASSERT_EQ(scene->bodies.size(), 3U);
+    for (std::size_t frame = 0; frame < 3; ++frame) {
+      const AnimatedBody& body = scene->bodies[frame];
+      ASSERT_EQ(body.runs.size(), 1U);
+      const auto& run = *body.runs.front();
+      EXPECT_EQ(run.time(0), 0.5 * static_cast<double>(frame));
+      EXPECT_EQ(run.time(run.count() - 1), 0.5 * static_cast<double>(frame + 1));
+    }
+    const auto rest = readTriangleMesh(path);
+    ASSERT_TRUE(rest) << rest.error().text();
+    EXPECT_EQ(model::signedVolume(rest->mesh), 2);
+  }
 }
 
 TEST(FlipbookWriter, HasNoNodeForAnEmptyFrame) {

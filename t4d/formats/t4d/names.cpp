@@ -61,6 +61,13 @@ Result<void> checkName(std::string_view text) {
   return {};
 }
 
+bool isUtf8(std::string_view text) {
+  while (!text.empty()) {
+    if (!takeCharacter(text)) return false;
+  }
+  return true;
+}
+
 std::string asName(std::string_view text) {
   std::string name;
   while (!text.empty()) {

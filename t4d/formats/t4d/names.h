@@ -12,6 +12,9 @@ namespace t4d::formats {
 /// of text. The error completes a sentence that begins with what is named: "has ...", "is ...".
 Result<void> checkName(std::string_view text);
 
+/// Whether a text is UTF-8 as the Unicode standard defines it, as JSON needs.
+bool isUtf8(std::string_view text);
+
 /// A name as like the text as possible: what is not allowed becomes `_`, and at most 255 bytes are
 /// kept.
 std::string asName(std::string_view text);
