@@ -15,6 +15,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/formats/animation/fbx_take.h"
 #include "t4d/formats/file_extension.h"
 #include "t4d/system/isolated.h"
 
@@ -46,6 +47,47 @@ json matrixOf(const aiMatrix4x4& matrix) {
   return numbers;
 }
 
+template <class Value>
+struct Key {
+  double seconds = 0;
+  Value value;
+};
+
+aiVector3D between(const aiVector3D& a, const aiVector3D& b, double s) {
+  return a + (b - a) * static_cast<float>(s);
+}
+
+aiQuaternion between(const aiQuaternion& a, const aiQuaternion& b, double s) {
+  aiQuaternion result;
+  aiQuaternion::Interpolate(result, a, b, static_cast<float>(s));
+  return result;
+}
+
+/// The keys within a span, and at its ends what the curve is there. Constant before the first key
+/// and after the last one, where nothing is added.
+template <class Value>
+std::vector<Key<Value>> clipped(const std::vector<Key<Value>>& keys, const model::TimeSpan& span) {
+  std::vector<Key<Value>> result;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const auto& [seconds, value] = keys[i];
+    if (i > 0) {
+      const auto& before = keys[i - 1];
+      for (const double end : {span.begin, span.end}) {
+        if (before.seconds < end && end < seconds) {
+          const double s = (end - before.seconds) / (seconds - before.seconds);
+          result.push_back({end, between(before.value, value, s)});
+        }
+      }
+    }
+    if (span.begin <= seconds && seconds <= span.end) result.push_back(keys[i]);
+  }
+  if (result.empty() && !keys.empty()) {
+    result.push_back(keys.front().seconds > span.end ? keys.front() : keys.back());
+    result.front().seconds = span.begin;
+  }
+  return result;
+}
+
 std::string oneLineOf(std::string text) {
   std::ranges::replace(text, '\n', ' ');
   return text;
@@ -54,7 +96,8 @@ std::string oneLineOf(std::string text) {
 /// The scene as glTF.
 class GlbConverter {
  public:
-  GlbConverter(const InputFile& file, const aiScene& scene) : file_(file), scene_(scene) {}
+  GlbConverter(const InputFile& file, const aiScene& scene, const FbxTakes& takes)
+      : file_(file), scene_(scene), takes_(takes) {}
 
   Result<ForeignScene> convert() {
     if (auto good = checkWhatMoves(); !good) return good.error();
@@ -192,15 +235,34 @@ class GlbConverter {
     return static_cast<int>(gltf_["accessors"].size()) - 1;
   }
 
-  template <class Key, class Append>
-  void addChannel(json& animation, const aiNode& node, const char* path, const Key* keys,
-                  unsigned count, double ticksPerSecond, std::size_t width, const Append& append) {
+  /// How Assimp's times of an animation become those of the glTF.
+  struct Clock {
+    double ticksPerSecond = 1;
+    double offset = 0;                         ///< of the file's times, in seconds
+    std::optional<model::TimeSpan> take = {};  ///< in seconds of the file
+    double begin = 0;                          ///< what becomes 0, in seconds of the file
+
+    double secondsOf(double ticks) const {
+      return (ticks + offset * ticksPerSecond) / ticksPerSecond;
+    }
+  };
+
+  template <class From, class Append>
+  void addChannel(json& animation, const aiNode& node, const char* path, const From* from,
+                  unsigned count, const Clock& clock, std::size_t width, const Append& append) {
     if (count == 0) return;
+    std::vector<Key<decltype(from->mValue)>> keys;
+    for (unsigned i = 0; i < count; ++i) {
+      keys.push_back({clock.secondsOf(from[i].mTime), from[i].mValue});
+    }
+    if (clock.take) keys = clipped(keys, *clock.take);
+    // Assimp adds single keys at any time, which are constant.
+    if (keys.size() == 1) keys.front().seconds = clock.begin;
     std::vector<float> times;
     std::vector<float> values;
-    for (unsigned i = 0; i < count; ++i) {
-      times.push_back(static_cast<float>(keys[i].mTime / ticksPerSecond));
-      append(values, keys[i].mValue);
+    for (const auto& [seconds, value] : keys) {
+      times.push_back(static_cast<float>(seconds - clock.begin));
+      append(values, value);
     }
     const auto [least, most] = std::ranges::minmax(times);
     const int input = addAccessor(times, kFloat, "SCALAR", 1,
@@ -211,6 +273,31 @@ class GlbConverter {
     animation["samplers"].push_back({{"input", input}, {"output", output}});
   }
 
+  /// Times count from the beginning of a take, from the first key without one, and in formats
+  /// without takes from a first key before 0.
+  Clock clockOf(const aiAnimation& animation, double ticksPerSecond) const {
+    Clock clock{ticksPerSecond};
+    const FbxTakes::Take take = takes_.takeOf(animation.mDuration / ticksPerSecond);
+    clock.offset = take.offset;
+    clock.take = take.span;
+    if (take.span) {
+      clock.begin = take.span->begin;
+      return clock;
+    }
+    double first = std::numeric_limits<double>::infinity();
+    const auto look = [&](const auto* keys, unsigned count) {
+      if (count > 1) first = std::min(first, clock.secondsOf(keys[0].mTime));
+    };
+    for (unsigned i = 0; i < animation.mNumChannels; ++i) {
+      const aiNodeAnim& channel = *animation.mChannels[i];
+      look(channel.mPositionKeys, channel.mNumPositionKeys);
+      look(channel.mRotationKeys, channel.mNumRotationKeys);
+      look(channel.mScalingKeys, channel.mNumScalingKeys);
+    }
+    if (first < 0 || (take.offset != 0 && std::isfinite(first))) clock.begin = first;
+    return clock;
+  }
+
   Result<void> addAnimations() {
     for (unsigned i = 0; i < scene_.mNumAnimations; ++i) {
       const aiAnimation& from = *scene_.mAnimations[i];
@@ -219,6 +306,11 @@ class GlbConverter {
         return invalid(
             fmt::format("animation '{}' does not say how long its times are", from.mName.C_Str()),
             file_.path.string());
+      }
+      const Clock clock = clockOf(from, ticks);
+      if (clock.begin != 0) {
+        result_.notices.push_back(fmt::format("animation '{}' begins at {} s, which becomes time 0",
+                                              from.mName.C_Str(), clock.begin));
       }
       json animation = {
           {"name", from.mName.C_Str()}, {"channels", json::array()}, {"samplers", json::array()}};
@@ -240,13 +332,13 @@ class GlbConverter {
           into.insert(into.end(), {v.x, v.y, v.z});
         };
         addChannel(animation, node, "translation", channel.mPositionKeys, channel.mNumPositionKeys,
-                   ticks, 3, vector);
+                   clock, 3, vector);
         addChannel(animation, node, "rotation", channel.mRotationKeys, channel.mNumRotationKeys,
-                   ticks, 4, [](std::vector<float>& into, aiQuaternion q) {
+                   clock, 4, [](std::vector<float>& into, aiQuaternion q) {
                      q.Normalize();
                      into.insert(into.end(), {q.x, q.y, q.z, q.w});
                    });
-        addChannel(animation, node, "scale", channel.mScalingKeys, channel.mNumScalingKeys, ticks,
+        addChannel(animation, node, "scale", channel.mScalingKeys, channel.mNumScalingKeys, clock,
                    3, vector);
       }
       if (!animation["channels"].empty()) gltf_["animations"].push_back(std::move(animation));
@@ -428,6 +520,7 @@ class GlbConverter {
 
   const InputFile& file_;
   const aiScene& scene_;
+  const FbxTakes& takes_;
   json gltf_ = json::object();
   std::string binary_;
   std::vector<const aiNode*> nodes_;
@@ -446,9 +539,12 @@ Result<ForeignScene> convertHere(const InputFile& file, bool keepAxes) {
     Assimp::Importer importer;
     importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, keepAxes);
     const std::string hint = lowerCaseExtension(file.path).substr(1);
+    std::string bytes = file.bytes;
+    FbxTakes takes;
+    if (hint == "fbx") takes = FbxTakes::widen(bytes);
     const aiScene* scene = importer.ReadFileFromMemory(
-        file.bytes.data(), file.bytes.size(),
-        aiProcess_Triangulate | aiProcess_ValidateDataStructure, hint.c_str());
+        bytes.data(), bytes.size(), aiProcess_Triangulate | aiProcess_ValidateDataStructure,
+        hint.c_str());
     if (scene == nullptr) {
       return invalid(
           fmt::format("Assimp cannot read it: {}", oneLineOf(importer.GetErrorString())));
@@ -457,7 +553,7 @@ Result<ForeignScene> convertHere(const InputFile& file, bool keepAxes) {
         scene->mNumMeshes == 0) {
       return invalid("holds no mesh");
     }
-    return GlbConverter(file, *scene).convert();
+    return GlbConverter(file, *scene, takes).convert();
   } catch (const std::exception& exception) {
     return invalid(fmt::format("Assimp cannot read it: {}", oneLineOf(exception.what())));
   }

@@ -8,6 +8,7 @@
 
 #include "t4d/formats/gltf/gltf_animation.h"
 #include "t4d/formats/gltf/gltf_reader.h"
+#include "t4d/formats/test_files.h"
 #include "t4d/model/triangle_mesh.h"
 
 namespace t4d::formats {
@@ -220,6 +221,75 @@ TEST(ForeignScene, FbxIsWhereItsKeysUnitsAndAxesSay) {
   expectBounds(boundsAt(scene->bodies[0], 2), {10300, 500, 700}, {10600, 700, 1100});
   EXPECT_NE(errorOf(fbx(axisText("UpAxis", 0, 1), 1)).find("its axes are not axes"),
             std::string::npos);
+}
+
+/// The box and its motion as FBX, z up, with other lines in place of those that begin and end the
+/// take.
+InputFile fbxWithTake(const std::string& start, const std::string& stop) {
+  InputFile file =
+      fbx(axisText("UpAxis", 2, 1) + axisText("FrontAxis", 1, -1) + axisText("CoordAxis", 0, 1), 1);
+  for (const auto& [name, line] : {std::pair{"LocalStart", &start}, {"LocalStop", &stop}}) {
+    const auto begin = file.bytes.find(std::string("P: \"") + name);
+    file.bytes.replace(begin, file.bytes.find('\n', begin) + 1 - begin, *line);
+  }
+  return file;
+}
+
+/// In seconds.
+std::string takeLine(const char* name, double seconds) {
+  return fmt::format("P: \"{}\", \"KTime\", \"Time\", \"\", {}\n", name,
+                     static_cast<std::int64_t>(seconds * 46186158000));
+}
+
+double lastTimeOf(const AnimatedBody& body) {
+  return body.runs.front()->time(body.runs.front()->count() - 1);
+}
+
+TEST(ForeignScene, KeysOutsideATakeShapeItsCurves) {
+  // From half way between the keys at 0 and 1 s to the one at 2 s; x goes from 0 over 3 to 6.
+  const InputFile file = fbxWithTake(takeLine("LocalStart", 0.5), takeLine("LocalStop", 2));
+  const auto converted = readForeignScene(file);
+  ASSERT_TRUE(converted) << converted.error().text();
+  EXPECT_EQ(converted->notices.front(), "animation 'take' begins at 0.5 s, which becomes time 0");
+  const auto scene = sceneOf(file);
+  ASSERT_TRUE(scene) << scene.error().text();
+  const AnimatedBody& body = scene->bodies.at(0);
+  EXPECT_EQ(lastTimeOf(body), 1.5);
+  expectBounds(boundsAt(body, 0), {101.5, 7, -8}, {103.5, 11, -5});
+  expectBounds(boundsAt(body, 0.5), {103, 7, -8}, {105, 11, -5});
+  expectBounds(boundsAt(body, 1.5), {103, 7, -7}, {106, 11, -5});
+  // A take from 0 on need not say so. It ends between keys, half way from x = 0 to x = 3.
+  const auto early = sceneOf(fbxWithTake("", takeLine("LocalStop", 0.5)));
+  ASSERT_TRUE(early) << early.error().text();
+  EXPECT_EQ(lastTimeOf(early->bodies.at(0)), 0.5);
+  expectBounds(boundsAt(early->bodies.at(0), 0.5), {101.5, 7, -8}, {103.5, 11, -5});
+}
+
+TEST(ForeignScene, AnFbxWithoutATakeBeginsAtItsFirstKey) {
+  expectTheBox(sceneOf(fbxWithTake("", "")));
+  expectTheBox(sceneOf(fbxWithTake(takeLine("LocalStart", 0), takeLine("LocalStop", 0))));
+}
+
+TEST(ForeignScene, KeysBeforeTimeZeroAreShifted) {
+  Collada early;
+  early.animations = animation("x", "-1 0 1 3", "0 3 6 6", "box/at.X") +
+                     animation("r", "-1 0 1 3", "0 0 90 180", "box/turn.ANGLE");
+  expectTheBox(sceneOf(early.file()));
+  const auto converted = readForeignScene(early.file());
+  ASSERT_TRUE(converted) << converted.error().text();
+  ASSERT_EQ(converted->notices.size(), 1U);
+  EXPECT_TRUE(converted->notices[0].ends_with("begins at -1 s, which becomes time 0"));
+}
+
+TEST(ForeignScene, IsReadAtRestAsATriangleMesh) {
+  Collada collada;
+  for (const InputFile& file : {collada.file(), fbxWithTake("", "")}) {
+    const auto path = writeFile("rest" + file.path.extension().string(), file.bytes);
+    const auto mesh = readTriangleMesh(path);
+    ASSERT_TRUE(mesh) << mesh.error().text();
+    expectBounds(boundsOf(mesh->mesh), {1, 0.07, -0.08}, {1.02, 0.11, -0.05});
+    EXPECT_EQ(mesh->losses.front(), "the animation of 1 node: the mesh is as it is at rest");
+  }
 }
 
 TEST(ForeignScene, SkinsFollowTheirBones) {

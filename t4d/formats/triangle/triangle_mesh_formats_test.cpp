@@ -2,6 +2,7 @@
 
 #include <set>
 
+#include "t4d/formats/animation/foreign_scene.h"
 #include "t4d/formats/test_files.h"
 
 namespace t4d::formats {
@@ -22,7 +23,9 @@ TEST(TriangleMeshFormats, AreFoundByExtensionWhateverItsCase) {
 
 TEST(TriangleMeshFormats, AreListedByWhatCanBeDoneWithThem) {
   EXPECT_EQ(readableTriangleMeshExtensions(),
-            ".stl, .obj, .ply, .off, .vtp, .vtu, .gltf, .glb, .usda or .usdz");
+            readsForeignScenes()
+                ? ".stl, .obj, .ply, .off, .vtp, .vtu, .gltf, .glb, .usda, .usdz, .fbx or .dae"
+                : ".stl, .obj, .ply, .off, .vtp, .vtu, .gltf, .glb, .usda or .usdz");
   EXPECT_EQ(writableTriangleMeshExtensions(),
             ".stl, .obj, .ply, .off, .vtp, .gltf, .glb, .usda or .usdz");
 }

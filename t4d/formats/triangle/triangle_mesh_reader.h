@@ -52,7 +52,7 @@ struct LoadedMesh {
 };
 
 /// Reads .stl (text or binary), .obj, .ply (text or binary, faces and triangle strips), .off, .vtp,
-/// .vtu (a surface, or the boundary of volume cells), .gltf, .glb, .usda or .usdz, by the
+/// .vtu (a surface, or the boundary of volume cells), .gltf, .glb, .usda, .usdz, .fbx or .dae, by the
 /// extension.
 ///
 /// Coordinates are the doubles nearest to the numbers in the file, in its own units and axes (glTF:
