@@ -115,8 +115,11 @@ constexpr std::uint64_t kMostSteps = 10'000'000;
 Result<void> checkMotion(std::span<const Tool> tools, const model::Motion& motion,
                          const StockField& field, const MillOptions& options) {
   for (const Tool& tool : tools) {
-    auto good = visitSolids(tool, [&](const TriangleMesh& mesh, const std::string&) {
-      return mesh4d::checkReach(mesh, motion);
+    auto good = visitSolids(tool, [&](const TriangleMesh& mesh, const std::string& name) {
+      auto reached = mesh4d::checkReach(mesh, motion);
+      // What is wrong with the solid alone is wrong with this one, not with the stock.
+      if (!reached && reached.error().remedy == Remedy::None) reached.error().where = name;
+      return reached;
     });
     if (!good) return good;
   }
