@@ -204,6 +204,13 @@ Result<FrameNames> frameNames(const std::string& output, std::string_view extens
   const std::string last = path.filename().string();
   const auto place = numberPlace(last);
   if (!place) {
+    const auto* format = formats::triangleMeshFormat(path);
+    if (extension.empty() || (format != nullptr && last.find('%') != last.npos)) {
+      return invalid(fmt::format(
+          "'{}' is neither a folder for files of a given format nor a pattern: that has %d or %04d "
+          "for the number of a frame, such as frame_%04d.ply",
+          output));
+    }
     names.folder = path;
     names.extension = extension;
   } else {
