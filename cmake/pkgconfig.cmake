@@ -1,7 +1,7 @@
 # A .pc file for each component, t4d-<component>.pc, for builds without CMake. What a component links
 # is read from its target.
 set(T4D_LINKED
-  "TBB::tbb=-ltbb" "fmt::fmt=-lfmt" "OpenVDB::openvdb=-lopenvdb" "ZLIB::ZLIB=-lz" "ISAL::ISAL=-lisal"
+  "TBB::tbb=-ltbb" "fmt::fmt=-lfmt" "ZLIB::ZLIB=-lz" "ISAL::ISAL=-lisal"
   "TIFF::TIFF=-ltiff" "EXPAT::EXPAT=-lexpat" "Blosc::Blosc=-lblosc" "LZ4::LZ4=-llz4"
   "zstd::libzstd_shared=-lzstd" "Gdcm::Gdcm=-lgdcmMSFF -lgdcmDSED -lgdcmDICT -lgdcmCommon"
   "TinyGLTF::TinyGLTF=-ltinygltf" "LibLZMA::LibLZMA=-llzma" "LibMd::LibMd=-lmd"
@@ -24,6 +24,9 @@ foreach(component IN LISTS T4D_ENABLED_COMPONENTS)
       list(APPEND requires "t4d-${CMAKE_MATCH_1} = ${PROJECT_VERSION}")
     elseif(link STREQUAL "Eigen3::Eigen")
       list(APPEND requires eigen3)
+    elseif(link STREQUAL "OpenVDB::openvdb")
+      list(APPEND requires Imath)  # of the half floats in its headers
+      list(APPEND others -lopenvdb)
     elseif(flags)
       string(REGEX REPLACE "^.*=" "" flags "${flags}")
       list(APPEND others ${flags})
