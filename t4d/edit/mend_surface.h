@@ -60,8 +60,8 @@ struct MendSurfaceReport {
   double volumeAfter = 0;
   model::Bounds3 boundsBefore = {};  ///< of triangles, without unused vertices
   model::Bounds3 boundsAfter = {};
-  /// What was dropped outside of the result, farther from it than mending moves a surface: 1e-5 of
-  /// the diagonal, the distance of `weld`, two voxels of `remesh` where that was needed.
+  /// What was dropped outside of the result, if it reaches farther out than a thousandth of the
+  /// diagonal, the distance of `weld`, and two voxels of `remesh` where that was needed.
   LostSurface lost = {};
   // Properties of the result. Always true if mendSurface succeeds.
   bool closed = false;
@@ -76,7 +76,8 @@ struct MendSurfaceReport {
 /// 1. merges vertices; drops triangles that this collapses, and equal triangles: both where solids
 ///    meet back to back and in sheets with two sides, all but one where one is given again;
 /// 2. drops stray parts: where an odd number of triangles, three or more, meet at edges, the
-///    smallest part between such edges whose removal leaves no fewer than two at each;
+///    smallest part between such edges whose removal leaves no fewer than two at each, unless it is
+///    a solid with a hole: it has more than twice the area that closes its rim;
 /// 3. turns triangles so that neighbours agree; in each component, those with less area in total.
 ///    Nothing is turned where each edge is traversed equally often in both directions;
 /// 4. fills holes, without new vertices;

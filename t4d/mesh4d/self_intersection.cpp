@@ -19,7 +19,6 @@ constexpr std::size_t kNamed = 10;  // the number of triangles that an error nam
 /// The search stops here: surfaces can intersect themselves in as many pairs as they have
 /// triangles, squared.
 constexpr unsigned int kMaxPairs = 1000;
-constexpr const char* kWayOut = "mend the mesh, or close the ends with cones";
 
 Result<void> checkAreas(const model::TriangleMesh& mesh,
                         const std::vector<Kernel::Point_3>& points) {
@@ -32,8 +31,8 @@ Result<void> checkAreas(const model::TriangleMesh& mesh,
   const std::size_t count = flat.size();
   flat.resize(std::min(count, kNamed));
   return invalid(fmt::format("{} triangles have no area (counted from 0: {}{}), so TetGen cannot "
-                             "fill the solid; {}",
-                             count, fmt::join(flat, ", "), count > kNamed ? ", ..." : "", kWayOut),
+                             "fill the solid",
+                             count, fmt::join(flat, ", "), count > kNamed ? ", ..." : ""),
                  {}, Remedy::ConeCaps);
 }
 
@@ -67,9 +66,9 @@ Result<void> checkNoSelfIntersection(const model::TriangleMesh& mesh) try {
   std::sort(names.begin(), names.end());
   names.resize(std::min(names.size(), kNamed));
   return invalid(fmt::format("the mesh intersects itself: {}{} pairs of triangles do (counted from "
-                             "0: {}{}), so TetGen cannot fill the solid; {}",
+                             "0: {}{}), so TetGen cannot fill the solid",
                              pairs.size() < kMaxPairs ? "" : "at least ", pairs.size(),
-                             fmt::join(names, ", "), pairs.size() > kNamed ? ", ..." : "", kWayOut),
+                             fmt::join(names, ", "), pairs.size() > kNamed ? ", ..." : ""),
                  {}, Remedy::ConeCaps);
 } catch (const std::exception& error) {
   return fail(ErrorCode::Failed,

@@ -170,6 +170,24 @@ ordered_json jsonOf(const CollidedPair& pair, bool overlapVolumes) {
   return value;
 }
 
+/// The bodies of the pairs that were reshaped, each once.
+std::vector<MendedOfFile> mendedIn(std::span<const Input> inputs,
+                                   const std::vector<CollidedPair>& pairs) {
+  std::vector<MendedOfFile> mended;
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    for (const formats::BodyInfo& body : inputs[i].metadata.bodies) {
+      const auto info = mendedInfoOf(body);
+      if (!info) continue;
+      const bool tested = std::ranges::any_of(pairs, [&](const CollidedPair& pair) {
+        return (inputs.size() == 1 && (pair.a.name == body.name || pair.b.name == body.name)) ||
+               (inputs.size() == 2 && (i == 0 ? pair.a.name : pair.b.name) == body.name);
+      });
+      if (tested) mended.push_back({inputs[i].name, body.name, *info});
+    }
+  }
+  return mended;
+}
+
 /// All that is asked for of a pair whose contacts are known.
 Result<void> judgePair(CollidedPair& pair, const CollideOptions& options) {
   const auto judge = [&] {
@@ -196,6 +214,18 @@ Result<void> judgePair(CollidedPair& pair, const CollideOptions& options) {
 }
 
 }  // namespace
+
+std::string MendedOfFile::text() const {
+  std::string text = fmt::format(
+      "body '{}' of {} was changed by mending: volume {:.6g}, {}; surface moved by up to {:.6g}",
+      body, file, info.volumeAfter,
+      info.volumeBefore ? fmt::format("{:.6g} before", *info.volumeBefore) : "open before",
+      info.hausdorff);
+  if (info.lostTriangles > 0) {
+    text += fmt::format("; parts up to {:.6g} outside of it were dropped", info.lostDistance);
+  }
+  return text + "; the answer is about the mended solid";
+}
 
 bool CollidedPair::keepsClearance() const {
   return !clearance || clearance->answer == ClearanceVerdict::Answer::Kept;
@@ -248,6 +278,7 @@ Result<CollideReport> collide(std::span<const Input> inputs, const CollideOption
   for (const CollidedPair& pair : report.pairs) {
     sources.push_back({pair.a.source, pair.b.source});
   }
+  report.mended = mendedIn(inputs, report.pairs);
   auto collisions = measure::collideAll(sources, {.overlapVolumes = options.overlapVolumes},
                                         stage->part(report.pairs.size()));
   if (!collisions) return inInput(collisions.error(), inputs.front());
@@ -306,6 +337,16 @@ std::string jsonOf(const CollideReport& report) {
   }
   value["ignored"] = ordered_json::array();
   for (const auto& [a, b] : report.ignored) value["ignored"].push_back({{"a", a}, {"b", b}});
+  if (!report.mended.empty()) value["mended"] = ordered_json::array();
+  for (const MendedOfFile& mended : report.mended) {
+    value["mended"].push_back({{"file", mended.file},
+                               {"body", mended.body},
+                               {"volume_before", orNull(mended.info.volumeBefore)},
+                               {"volume_after", mended.info.volumeAfter},
+                               {"hausdorff", mended.info.hausdorff},
+                               {"lost_triangles", mended.info.lostTriangles},
+                               {"lost_distance", mended.info.lostDistance}});
+  }
   return jsonText(value);
 }
 

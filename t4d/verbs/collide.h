@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "t4d/formats/t4d/body_details.h"
 #include "t4d/measure/clearance_over_time.h"
 #include "t4d/measure/collide.h"
 #include "t4d/measure/collision_verdict.h"
@@ -51,10 +52,21 @@ struct CollidedPair {
   std::optional<double> decidingDeviation() const;            ///< as mesh4d::MaxDeviation
 };
 
+/// A body that mending reshaped before it was swept: what is found is about the mended solid.
+struct MendedOfFile {
+  std::string file;
+  std::string body;
+  formats::MendedInfo info;
+
+  /// What was changed, as a sentence without a full stop.
+  std::string text() const;
+};
+
 struct CollideReport {
-  std::vector<CollidedPair> pairs;  ///< not empty
-  std::vector<BodyNames> ignored;   ///< those that were not tested
-  bool overlapVolumes = true;       ///< they were measured
+  std::vector<CollidedPair> pairs;        ///< not empty
+  std::vector<BodyNames> ignored;         ///< those that were not tested
+  bool overlapVolumes = true;             ///< they were measured
+  std::vector<MendedOfFile> mended = {};  ///< of bodies that were tested
 
   bool mayMeet() const;
 };

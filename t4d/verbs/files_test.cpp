@@ -57,7 +57,7 @@ TEST(Mend, FillsTheHoleInACube) {
   ASSERT_TRUE(report) << report.error().text();
   EXPECT_EQ(report->bodies, 1);
   EXPECT_EQ(report->triangles, 12);
-  EXPECT_NEAR(report->mended.volumeAfter, 8, 1e-12);
+  EXPECT_NEAR(report->mended.front().report.volumeAfter, 8, 1e-12);
   const json value = json::parse(jsonOf(*report, 1));
   EXPECT_TRUE(value["volume_before"].is_null());
   EXPECT_EQ(value["vertices"], 8);

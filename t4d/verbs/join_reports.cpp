@@ -41,7 +41,7 @@ const std::map<std::string, Rules, std::less<>>& rulesOfVerbs() {
   };
   static const std::map<std::string, Rules, std::less<>> kRules = {
       {"measure", {{"samples", Rule::Append}}},
-      {"collide", {{"pairs", Rule::Append}, {"ignored", Rule::First}}},
+      {"collide", {{"pairs", Rule::Append}, {"ignored", Rule::First}, {"mended", Rule::First}}},
       {"voxelize", kGrids},
       {"rasterize", kGrids},
       {"frames",

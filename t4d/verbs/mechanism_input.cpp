@@ -67,13 +67,18 @@ Result<MechanismBodies> readMechanismBodies(const MechanismInput& input, Observe
   if (!read) return read.error();
   for (const std::string& notice : read->notices) observer.note(input.path + ": " + notice);
   MechanismBodies loaded;
+  std::vector<Error> errors;
   for (formats::MechanismSolid& solid : read->solids) {
     if (!input.mending) continue;
     auto done = mendSolid(solid.mesh, *input.mending, solid.where, observer);
-    if (!done) return done.error();
-    addMended(*done, solid.name, loaded.mended);
+    if (done) {
+      loaded.mended.push_back({solid.name, std::move(*done)});
+    } else {
+      errors.push_back(std::move(done.error()));
+    }
   }
-  if (loaded.mended) observer.noteEach(noticesOf(*loaded.mended));
+  if (!errors.empty()) return allErrors(std::move(errors));
+  observer.noteEach(noticesOf(loaded.mended));
   const auto mechanism = std::make_shared<const formats::LoadedMechanism>(std::move(*read));
   std::vector<mesh4d::LinkSolid> solids;
   for (const formats::MechanismSolid& solid : mechanism->solids) {

@@ -5,27 +5,21 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/formats/triangle/triangle_mesh_writer.h"
+#include "t4d/system/kept_inputs.h"
 #include "t4d/system/stopwatch.h"
 #include "t4d/verbs/json_text.h"
 #include "t4d/verbs/mending.h"
-#include "t4d/verbs/output_check.h"
 #include "t4d/verbs/solid_input.h"
 
 namespace t4d::verbs {
 
 Result<MendReport> mend(const MendOptions& options, Observer& observer) {
-  if (const auto misuse = misuseOfOutput(options.output, {&options.input, 1})) {
-    return fail(ErrorCode::Options, *misuse);
-  }
+  const system::KeptInputs kept;
   const system::Stopwatch stopwatch;
   auto loaded = readSolidInput({options.input, options.bodies, options.limits}, observer);
   if (!loaded) return loaded.error();
-  if (const auto misuse = misuseOfOutput(options.output, loaded->otherFiles)) {
-    return fail(ErrorCode::Options, *misuse);
-  }
   MendReport report;
-  report.mended = std::move(*loaded->mended);
-  report.bodies = loaded->bodies.size();
+  report.mended = std::move(loaded->mended);
   for (const formats::NamedMesh& body : loaded->bodies) {
     report.vertices += body.mesh.vertices.size();
     report.triangles += body.mesh.triangles.size();

@@ -7,6 +7,7 @@
 
 #include "t4d/edit/mend_surface.h"
 #include "t4d/formats/triangle/mesh_bodies.h"
+#include "t4d/verbs/mending.h"
 #include "t4d/verbs/observer.h"
 
 namespace t4d::verbs {
@@ -19,8 +20,7 @@ struct MendOptions {
 };
 
 struct MendReport {
-  edit::MendSurfaceReport mended;  ///< of all bodies
-  std::uint64_t bodies = 0;
+  std::vector<MendedBody> mended;
   std::uint64_t vertices = 0;   ///< written, of all bodies
   std::uint64_t triangles = 0;  ///< written, of all bodies
   double seconds = 0;           ///< with reading and writing
@@ -28,7 +28,8 @@ struct MendReport {
 };
 
 /// Reads a triangle mesh, mends each body by itself, and writes the file. A mesh in memory is
-/// mended by edit::mendSurface. Fails (Options) if the output is a file that is read.
+/// mended by edit::mendSurface. Errors have those of other bodies (Error::others). Fails (Options)
+/// if the output is a file that is read.
 Result<MendReport> mend(const MendOptions& options, Observer& observer = nobody());
 
 /// The report as JSON (docs/schemas/mend.schema.json); `peakBytes` is the memory that it took.

@@ -35,7 +35,7 @@ Result<model::TriangleMesh> readStock(const MillFiles& files, const MillOptions&
                                       std::vector<std::string>& losses, Observer& observer) {
   auto stock = readSolidInput(files.stock, observer);
   if (!stock) return stock.error();
-  if (stock->mended) observer.noteEach(noticesOf(*stock->mended));
+  observer.noteEach(noticesOf(stock->mended));
   losses.insert(losses.end(), stock->losses.begin(), stock->losses.end());
   model::TriangleMesh& mesh = stock->bodies.front().mesh;
   noteCrossings(files.stock.path, mesh, observer);

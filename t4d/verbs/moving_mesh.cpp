@@ -10,7 +10,7 @@ namespace t4d::verbs {
 Result<LoadedMovingMesh> readMovingMesh(const MovingMeshInput& input, Observer& observer) {
   auto solid = readSolidInput(input.solid, observer);
   if (!solid) return solid.error();
-  if (solid->mended) observer.noteEach(noticesOf(*solid->mended));
+  observer.noteEach(noticesOf(solid->mended));
   std::string form;
   auto motion = formats::readMotion(input.motion, &form, input.table);
   if (!motion) return motion.error();

@@ -60,12 +60,18 @@ Result<LoadedSolid> readSolidInput(const SolidInput& input, Observer& observer) 
                               fmt::join(dropped, ", ")));
   }
   loaded->materials.clear();
+  std::vector<Error> errors;
   for (formats::NamedMesh& body : loaded->bodies) {
     const Place where = placeIn(input.path, one ? "" : fmt::format("body '{}'", body.name));
     auto done = mendSolid(body.mesh, *input.mending, where, observer);
-    if (!done) return done.error();
-    addMended(*done, one ? "" : body.name, loaded->mended);
+    if (done) {
+      loaded->mended.push_back({one ? "" : body.name, std::move(*done)});
+    } else {
+      errors.push_back(std::move(done.error()));
+    }
   }
+  if (!errors.empty()) return allErrors(std::move(errors));
+  for (std::string& loss : lossesOf(loaded->mended)) loaded->losses.push_back(std::move(loss));
   return loaded;
 }
 

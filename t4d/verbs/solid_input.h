@@ -6,6 +6,7 @@
 
 #include "t4d/edit/mend_surface.h"
 #include "t4d/formats/triangle/mesh_bodies.h"
+#include "t4d/verbs/mending.h"
 #include "t4d/verbs/observer.h"
 
 namespace t4d::verbs {
@@ -19,14 +20,15 @@ struct SolidInput {
 };
 
 struct LoadedSolid {
-  std::vector<formats::NamedMesh> bodies;              ///< one is named after the file
-  std::vector<std::string> losses = {};                ///< as formats::LoadedMesh
-  std::vector<std::string> otherFiles = {};            ///< that were read besides
-  std::vector<std::string> materials = {};             ///< as formats::LoadedMesh
-  std::optional<edit::MendSurfaceReport> mended = {};  ///< of all bodies
+  std::vector<formats::NamedMesh> bodies;    ///< one is named after the file
+  std::vector<std::string> losses = {};      ///< of reading and mending
+  std::vector<std::string> otherFiles = {};  ///< that were read besides
+  std::vector<std::string> materials = {};   ///< as formats::LoadedMesh
+  std::vector<MendedBody> mended = {};       ///< empty if none was to be mended
 };
 
-/// Reads the solid and mends each body by itself. The observer gets the notices of the file.
+/// Reads the solid and mends each body by itself. The observer gets the notices of the file. If
+/// several bodies cannot be mended, the error has those of the others (Error::others).
 Result<LoadedSolid> readSolidInput(const SolidInput& input, Observer& observer = nobody());
 
 }  // namespace t4d::verbs

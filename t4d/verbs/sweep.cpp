@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include "t4d/formats/t4d/body_details.h"
+#include "t4d/mesh4d/cap.h"
+#include "t4d/model/surface_check.h"
+#include "t4d/system/kept_inputs.h"
 #include "t4d/system/stopwatch.h"
-#include "t4d/verbs/output_check.h"
 #include "t4d/verbs/sweep_parts.h"
 
 namespace t4d::verbs {
@@ -42,7 +45,38 @@ Result<std::vector<formats::BodyInfo>> namedBodies(const SweepInput& input,
   return bodies;
 }
 
+/// Lets the file say which bodies were mended. One without a name has its info only then.
+void noteMending(const SweepInput& input, const std::string& name,
+                 std::vector<formats::BodyInfo>& bodies) {
+  for (std::size_t i = 0; i < input.mended.size(); ++i) {
+    const edit::MendSurfaceReport& report = input.mended[i].report;
+    if (!isReshaped(report)) continue;
+    if (bodies.empty()) bodies.push_back({name});
+    setMendedInfo(bodies[i], mendedInfoOf(report));
+  }
+}
+
+/// What helps where a mended surface cannot be filled is not to mend it.
+Error withoutMending(Error error) {
+  if (error.remedy == Remedy::ConeCaps) error.remedy = Remedy::ConeCapsAlone;
+  if (error.remedy == Remedy::Mend) error.remedy = Remedy::None;
+  for (Error& other : error.others) other = withoutMending(std::move(other));
+  return error;
+}
+
 }  // namespace
+
+std::optional<Error> faultOf(const model::TriangleMesh& solid, const SweepOptions& options,
+                             const Place& where) {
+  auto sound = model::checkClosedSurface(solid);
+  if (sound && options.caps == mesh4d::CapMethod::TetGen) {
+    if (auto filled = mesh4d::fillSolid(solid, options.caps); !filled) sound = filled.error();
+  }
+  if (sound) return std::nullopt;
+  Error error = std::move(sound.error());
+  if (error.where.empty()) error.where = where;
+  return error;
+}
 
 mesh4d::SweepOptions meshMethodOf(const SweepOptions& options) {
   mesh4d::SweepOptions how{.caps = options.caps, .prism = options.prism, .part = options.part};
@@ -54,21 +88,16 @@ mesh4d::SweepOptions meshMethodOf(const SweepOptions& options) {
 }
 
 Result<SweepReport> sweep(const SweepOptions& options, Observer& observer) {
-  const std::string& output = options.output.path;
   if (const std::string why = contradictionIn(options); !why.empty()) {
     return fail(ErrorCode::Options, why);
   }
-  if (const auto misuse = misuseOfOutput(output, namedFilesOf(options))) {
-    return fail(ErrorCode::Options, *misuse);
-  }
+  const system::KeptInputs kept;
   const system::Stopwatch stopwatch;
   auto input = readSweepInput(options, observer);
   if (!input) return input.error();
-  if (const auto misuse = misuseOfOutput(output, input->files)) {
-    return fail(ErrorCode::Options, *misuse);
-  }
-  const auto bodies = namedBodies(*input, options.output.body);
+  auto bodies = namedBodies(*input, options.output.body);
   if (!bodies) return bodies.error();
+  noteMending(*input, options.output.body, *bodies);
   const auto* moved = std::get_if<MotionSweep>(&options.what);
   auto file = T4dFile::create(
       options.output, {moved != nullptr && moved->voxels ? "voxel4d" : "mesh4d", modelOf(options),
@@ -77,7 +106,7 @@ Result<SweepReport> sweep(const SweepOptions& options, Observer& observer) {
   if (!file) return file.error();
   auto report = moved != nullptr ? sweepByMotion(options, *input, *file, observer)
                                  : sweepThroughKeys(options, *input, *file, observer);
-  if (!report) return report.error();
+  if (!report) return options.mending ? withoutMending(report.error()) : report.error();
   const auto bytes = file->finish();
   if (!bytes) return bytes.error();
 

@@ -14,6 +14,7 @@
 #include "t4d/formats/triangle/mesh_bodies.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/model/motion.h"
+#include "t4d/verbs/mending.h"
 #include "t4d/verbs/observer.h"
 #include "t4d/verbs/t4d_file.h"
 #include "t4d/voxel4d/frame_spacing.h"
@@ -130,17 +131,18 @@ struct SweepReport {
   /// Of anything but a motion; `crossings` are nothing if they were not searched for.
   std::optional<SweepFolds> folds = {};
   std::optional<SweepCrossings> crossings = {};
-  std::optional<edit::MendSurfaceReport> mended = {};  ///< of all bodies
-  std::uint64_t bytes = 0;                             ///< of the file
-  double seconds = 0;                                  ///< with reading and writing
+  std::vector<MendedBody> mended = {};  ///< empty if none was to be mended
+  std::uint64_t bytes = 0;              ///< of the file
+  double seconds = 0;                   ///< with reading and writing
   std::vector<std::string> losses = {};
   /// Notices of sweeping, a sentence each. Those of the files that were read went to the observer.
   std::vector<std::string> notices = {};
 };
 
 /// Reads files, sweeps them, and writes a .t4d file with a body for each of theirs. Errors name the
-/// file that is at fault. Fails (Options) if the output is one of the files that are read, if one
-/// name is given for several bodies, and for options that contradict each other.
+/// file that is at fault; the first has those of other bodies (Error::others). Fails (Options) if
+/// the output is one of the files that are read, if one name is given for several bodies, and for
+/// options that contradict each other.
 Result<SweepReport> sweep(const SweepOptions& options, Observer& observer = nobody());
 
 /// The report as JSON (docs/schemas/sweep.schema.json); `peakBytes` is the memory that it took.

@@ -85,8 +85,15 @@ Result<SweepReport> sweepByMotion(const SweepOptions& options, const SweepInput&
       if (!error.where.empty()) return error;
       if (error.remedy == Remedy::Motion || error.remedy == Remedy::StepRule) {
         error.where = what.motion;
-      } else {
-        error.where = placeIn(what.solid, what.bodies ? fmt::format("body '{}'", solid.name) : "");
+        return error;
+      }
+      const auto placeOf = [&](const formats::NamedMesh& body) {
+        return placeIn(what.solid, what.bodies ? fmt::format("body '{}'", body.name) : "");
+      };
+      error.where = placeOf(solid);
+      for (std::size_t k = i + 1; !what.voxels && k < solids.size(); ++k) {
+        auto other = faultOf(solids[k].mesh, options, placeOf(solids[k]));
+        if (other) error.others.push_back(std::move(*other));
       }
       return error;
     }

@@ -75,8 +75,9 @@ Result<SweepInput> readMoving(const DeformationSweep& what, const SweepOptions& 
     auto mended = mendDeformedSolid(body.mesh, body.runs.front(), *options.mending,
                                     what.files.front(), observer);
     if (!mended) return mended.error();
-    observer.noteEach(noticesOf(*mended));
-    input.mended = std::move(*mended);
+    input.mended = {{"", std::move(*mended)}};
+    observer.noteEach(noticesOf(input.mended));
+    for (std::string& loss : lossesOf(input.mended)) input.losses.push_back(std::move(loss));
   }
   BodiesWithKeys moving;
   moving.bodies.push_back(std::move(body));
@@ -131,6 +132,7 @@ Result<SweepInput> readMoving(const MechanismSweep& what, const SweepOptions& op
   input.mended = std::move(read->mended);
   input.files = std::move(read->files);
   input.losses = read->mechanism->losses;
+  for (std::string& loss : lossesOf(input.mended)) input.losses.push_back(std::move(loss));
   input.halfTurns = read->mechanism->halfTurns;
   input.lengthUnit = read->mechanism->lengthUnit;
   input.timeUnit = read->mechanism->timeUnit;

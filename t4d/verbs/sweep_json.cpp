@@ -83,7 +83,7 @@ std::string jsonOf(const SweepReport& report, std::uint64_t peakBytes) {
     result["folds"] = jsonOf(*report.folds);
     result["crossings"] = report.crossings ? jsonOf(*report.crossings) : ordered_json();
   }
-  if (report.mended) result["mend"] = mendJson(*report.mended);
+  if (!report.mended.empty()) result["mend"] = mendJson(report.mended);
   result["seconds"] = report.seconds;
   result["peak_bytes"] = peakBytes;
   result["bytes"] = report.bytes;

@@ -43,8 +43,8 @@ struct SweepInput {
   std::string timeUnit = {};
   std::string up = "y";
   std::vector<std::string> losses = {};
-  std::vector<std::string> files = {};  ///< all that were read
-  std::optional<edit::MendSurfaceReport> mended = {};
+  std::vector<std::string> files = {};      ///< all that were read
+  std::vector<MendedBody> mended = {};      ///< in the order of the bodies; empty without mending
   std::vector<std::string> materials = {};  ///< the names that the attribute `material` numbers
 };
 
@@ -62,6 +62,10 @@ std::string sweepDetails(const SweepOptions& options, const std::vector<std::str
 
 /// Options of the mesh method.
 mesh4d::SweepOptions meshMethodOf(const SweepOptions& options);
+
+/// What is wrong with a solid as the mesh method takes it, at its place; nothing if it is sound.
+std::optional<Error> faultOf(const model::TriangleMesh& solid, const SweepOptions& options,
+                             const Place& where);
 
 /// Each solid is a body of the file.
 Result<SweepReport> sweepByMotion(const SweepOptions& options, const SweepInput& input,

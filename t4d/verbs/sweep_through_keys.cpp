@@ -81,9 +81,18 @@ Result<SweepReport> sweepThroughKeys(const SweepOptions& options, const SweepInp
     for (const auto& run : body.runs) {
       const auto done =
           mesh4d::sweep(body.mesh, *run, meshMethodOf(options), file, stage->part(run->count()));
+      if (!done && deformation != nullptr) {
+        return inDeformation(done.error(), *deformation, moving.keyFiles);
+      }
       if (!done) {
-        return deformation != nullptr ? inDeformation(done.error(), *deformation, moving.keyFiles)
-                                      : inSweptBody(done.error(), modelOf(options), body.name);
+        Error error = inSweptBody(done.error(), modelOf(options), body.name);
+        for (std::size_t k = i + 1; k < moving.bodies.size(); ++k) {
+          const formats::AnimatedBody& next = moving.bodies[k];
+          auto other = faultOf(next.mesh, options,
+                               placeIn(modelOf(options), fmt::format("body '{}'", next.name)));
+          if (other) error.others.push_back(std::move(*other));
+        }
+        return error;
       }
       addRun(*done, deformation != nullptr ? "" : body.name, ofBody, all);
     }

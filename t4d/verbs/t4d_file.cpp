@@ -35,10 +35,11 @@ Result<T4dFile> T4dFile::create(T4dFileOptions options, const About& about) {
   metadata.up = !output.up.empty() ? output.up : about.space.empty() ? about.up : "z";
   metadata.space = about.space;
   metadata.bodies = about.bodies;
-  if (metadata.bodies.empty()) {
-    metadata.bodies = {{output.body.empty()
-                            ? formats::asName(nameWithoutExtension(nameIn(about.model)))
-                            : output.body}};
+  if (metadata.bodies.empty()) metadata.bodies.emplace_back();
+  if (metadata.bodies.front().name.empty()) {
+    metadata.bodies.front().name = output.body.empty()
+                                       ? formats::asName(nameWithoutExtension(nameIn(about.model)))
+                                       : output.body;
   }
   metadata.detailsJson = about.detailsJson;
   if (!output.center) {

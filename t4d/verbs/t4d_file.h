@@ -38,9 +38,10 @@ class T4dFile : public model::Sink {
     std::string lengthUnit;
     std::string timeUnit;
     std::string detailsJson;
-    std::vector<formats::BodyInfo> bodies = {};  ///< several bodies
-    std::string space = {};                      ///< as formats::Metadata::space; z points up in it
-    std::string up = "y";  ///< where the options have none, and there is no space
+    /// Several bodies with names; or one, whose name may be empty.
+    std::vector<formats::BodyInfo> bodies = {};
+    std::string space = {};  ///< as formats::Metadata::space; z points up in it
+    std::string up = "y";    ///< where the options have none, and there is no space
   };
 
   static Result<T4dFile> create(T4dFileOptions options, const About& about);

@@ -440,6 +440,7 @@ int run(const CollideArguments& options) {
   ConsoleObserver observer;
   const auto found = verbs::collide(inputs, how, observer);
   if (!found) return report(found.error());
+  for (const verbs::MendedOfFile& mended : found->mended) printNotices({mended.text()});
   const Metadata& metadata = inputs.front().metadata;
   std::vector<std::string> losses;
   for (const std::string& output : options.outputs) {

@@ -116,7 +116,17 @@ int wrongUsage(const std::string& message) {
 
 int report(const Error& error) {
   say(error.text());
-  sayHint(hintFor(error));
+  const std::string hint = hintFor(error);
+  sayHint(hint);
+  constexpr std::size_t kMostOthers = 20;
+  for (std::size_t i = 0; i < error.others.size(); ++i) {
+    if (i == kMostOthers) {
+      say(fmt::format("and {} more", error.others.size() - i));
+      break;
+    }
+    say(error.others[i].text());
+    if (const std::string more = hintFor(error.others[i]); more != hint) sayHint(more);
+  }
   switch (error.code) {
     case ErrorCode::Failed:
       return kFailed;

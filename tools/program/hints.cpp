@@ -138,6 +138,8 @@ std::string hintFor(const Error& error) {
       const std::string hint = mendingHint(fileOf(error));
       return hint.empty() ? "try: --caps cone" : fmt::format("try: {}, or --caps cone", hint);
     }
+    case Remedy::ConeCapsAlone:
+      return "try: --caps cone";
     case Remedy::Mend: {
       const std::string hint = mendingHint(fileOf(error));
       return hint.empty() ? hint : "try: " + hint;

@@ -22,13 +22,18 @@ struct MendArguments {
 };
 
 void printReport(const verbs::MendReport& report, const MendArguments& options) {
-  const edit::MendSurfaceReport& mended = report.mended;
+  const edit::MendSurfaceReport mended = verbs::totalOf(report.mended);
   print("{}: {}, {}, {}{}\n", options.output, counted(report.vertices, "vertex", "vertices"),
         counted(report.triangles, "triangle"), counted(mended.components, "component"),
-        options.bodies.empty() ? "" : ", " + counted(report.bodies, "body", "bodies"));
+        options.bodies.empty() ? "" : ", " + counted(report.mended.size(), "body", "bodies"));
   for (const edit::SurfaceChange& change : mended.changes) print("  {}\n", change.text);
   if (mended.changes.empty()) print("  nothing to mend\n");
-  print("  {}\n", verbs::measuresOf(mended));
+  for (const auto& [name, body] : report.mended) {
+    if (report.mended.size() == 1 || body.changes.empty()) continue;
+    print("  body '{}': {}\n", name, verbs::measuresOf(body));
+  }
+  print("  {}{}\n", report.mended.size() == 1 ? "" : "in all: ",
+        verbs::measuresOf(report.mended.size() == 1 ? report.mended.front().report : mended));
   print("  {:.2f} s, peak memory {}\n", report.seconds, sizeText(peakBytes()));
 }
 

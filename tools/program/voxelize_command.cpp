@@ -32,7 +32,7 @@ int run(const VoxelizeArguments& options) {
                                        options.series.at(*times, options.input.model), observer);
   if (!written) return report(written.error());
   auto first = nlohmann::ordered_json::object();
-  if (loaded->solid.mended) first["mend"] = verbs::mendJson(*loaded->solid.mended);
+  if (!loaded->solid.mended.empty()) first["mend"] = verbs::mendJson(loaded->solid.mended);
   const int done = reportVoxelSeries(options.series, times->size(), *written, std::move(first));
   return done == kDone ? reportLosses(loaded->solid.losses) : done;
 }

@@ -88,9 +88,11 @@ class MechanismParser {
     sortBodies(whole.where("bodies"));
     for (std::size_t i = 0; i < bodies_.size(); ++i) readMotion(i);
     for (std::size_t i = 0; i < bodies_.size(); ++i) addLink(i);
+    std::vector<Error> errors;
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
-      if (auto added = addSolid(i); !added) return added.error();
+      if (auto added = addSolid(i); !added) errors.push_back(std::move(added.error()));
     }
+    if (!errors.empty()) return allErrors(std::move(errors));
     if (loaded_.solids.empty()) {
       refuseJson("have no solid, expected one or more", whole.where("bodies"));
     }

@@ -587,18 +587,22 @@ class UrdfReader {
 
   Result<void> addSolids() {
     std::vector<std::string> without;
+    std::vector<Error> errors;
     for (std::size_t i = 0; i < links_.size(); ++i) {
       const UrdfLink& link = links_[i];
       std::size_t count = 0;
       for (const auto& element : link.element->children) {
         if (element->name != options_.geometry) continue;
-        if (auto added = addSolid(i, *element, ++count); !added) return added;
+        if (auto added = addSolid(i, *element, ++count); !added) {
+          errors.push_back(std::move(added.error()));
+        }
       }
       const char* other = options_.geometry == "visual" ? "collision" : "visual";
       if (count == 0 && link.element->child(other) != nullptr) {
         without.push_back(inQuotes(link.name));
       }
     }
+    if (!errors.empty()) return allErrors(std::move(errors));
     if (!without.empty()) {
       loaded_.notices.push_back(fmt::format("{} link{} no {} geometry and {} left out: {}",
                                             without.size(), without.size() == 1 ? " has" : "s have",

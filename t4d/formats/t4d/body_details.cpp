@@ -9,6 +9,7 @@ using nlohmann::ordered_json;
 
 constexpr const char* kLink = "link";
 constexpr const char* kChordBound = "chord_bound";
+constexpr const char* kMended = "mended";
 
 ordered_json detailsOf(const BodyInfo& body) {
   auto details = ordered_json::parse(body.detailsJson, nullptr, /*allow_exceptions=*/false);
@@ -39,5 +40,34 @@ std::optional<double> chordBoundOf(const BodyInfo& body) {
 }
 
 void setChordBound(BodyInfo& body, double bound) { set(body, kChordBound, bound); }
+
+std::optional<MendedInfo> mendedInfoOf(const BodyInfo& body) {
+  const ordered_json details = detailsOf(body);
+  const auto mended = details.find(kMended);
+  if (mended == details.end() || !mended->is_object()) return {};
+  const auto number = [&](const char* key) -> std::optional<double> {
+    const auto found = mended->find(key);
+    if (found == mended->end() || !found->is_number()) return {};
+    return found->get<double>();
+  };
+  const auto after = number("volume_after");
+  if (!after) return {};
+  MendedInfo info{number("volume_before"), *after, number("hausdorff").value_or(0), 0,
+                  number("lost_distance").value_or(0)};
+  const auto lost = mended->find("lost_triangles");
+  if (lost != mended->end() && lost->is_number_unsigned()) {
+    info.lostTriangles = lost->get<std::uint64_t>();
+  }
+  return info;
+}
+
+void setMendedInfo(BodyInfo& body, const MendedInfo& info) {
+  set(body, kMended,
+      {{"volume_before", info.volumeBefore ? ordered_json(*info.volumeBefore) : ordered_json()},
+       {"volume_after", info.volumeAfter},
+       {"hausdorff", info.hausdorff},
+       {"lost_triangles", info.lostTriangles},
+       {"lost_distance", info.lostDistance}});
+}
 
 }  // namespace t4d::formats

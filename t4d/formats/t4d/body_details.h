@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -17,5 +18,18 @@ void setLink(BodyInfo& body, const std::string& link);
 /// is not stated.
 std::optional<double> chordBoundOf(const BodyInfo& body);
 void setChordBound(BodyInfo& body, double bound);
+
+/// What mending did to the solid before it was swept.
+struct MendedInfo {
+  std::optional<double> volumeBefore = {};  ///< nothing if the surface was open
+  double volumeAfter = 0;
+  double hausdorff = 0;             ///< between the surfaces before and after, in length units
+  std::uint64_t lostTriangles = 0;  ///< dropped outside of the mended solid
+  double lostDistance = 0;          ///< how far they were outside of it, in length units
+};
+
+/// Nothing if the solid was not mended, or had nothing to mend.
+std::optional<MendedInfo> mendedInfoOf(const BodyInfo& body);
+void setMendedInfo(BodyInfo& body, const MendedInfo& info);
 
 }  // namespace t4d::formats
