@@ -99,13 +99,15 @@ Result<MeshFrames> openMeshFrames(const std::vector<std::string>& files,
   if (!options.frameTime && !series->timed) {
     opened.log->notices.emplace_back(kMeshesAreOneApart);
   }
+  voxel4d::VoxelizeOptions voxels{options.voxelSize};
   for (const formats::MeshStep& step : series->steps) {
     for (const auto& file : step.files) opened.log->files.push_back(file.string());
+    voxels.places.emplace_back(step.files.front().string());
   }
   auto meshes =
       std::make_shared<MeshSeries>(std::move(series->steps), times, options.voxelSize, opened.log);
   opened.frames = voxel4d::voxelFrames([meshes](double time) { return meshes->at(time); },
-                                       std::move(times), {options.voxelSize});
+                                       std::move(times), voxels);
   return opened;
 }
 

@@ -126,8 +126,8 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
     const double begin = before.time();
     const double end = after.time();
     if (!isFirst && !(end > begin)) {
-      return invalid(
-          fmt::format("frame {} is at time {}, not after frame {}, at {}", i, end, i - 1, begin));
+      return invalid(fmt::format("is at time {}, not after frame {}, at {}", end, i - 1, begin),
+                     frames.placeOf(i));
     }
     if (!isFirst && end - begin < model::kSmallestExtent) {
       return invalid(fmt::format("is {} after the frame before it; at least {} is possible",

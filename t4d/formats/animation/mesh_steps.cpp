@@ -15,6 +15,7 @@
 #include "t4d/formats/triangle/mesh_builder.h"
 #include "t4d/formats/triangle/triangle_mesh_formats.h"
 #include "t4d/formats/vtk/vtk_file.h"
+#include "t4d/model/limits.h"
 #include "t4d/system/regular_file.h"
 
 namespace t4d::formats {
@@ -33,6 +34,12 @@ Result<fs::path> fileOf(const VtkDataSet& listed, const InputFile& collection) {
   const fs::path folder = collection.path.parent_path();
   fs::path file = folder / listed.file;
   std::error_code ignored;
+  if (listed.file.find('\\') != std::string::npos && !fs::exists(file, ignored)) {
+    // Programs on Windows separate folders so.
+    std::string portable = listed.file;
+    std::ranges::replace(portable, '\\', '/');
+    file = folder / portable;
+  }
   if (fs::exists(file, ignored) && !system::isWithinFolder(file, folder)) {
     return invalid(fmt::format("names the file {}; it must be in the same folder or below, so that "
                                "a collection from elsewhere cannot have other files read",
@@ -51,8 +58,13 @@ Result<fs::path> fileOf(const VtkDataSet& listed, const InputFile& collection) {
 
 Result<double> timeOf(const VtkDataSet& listed, const InputFile& collection) {
   double time = 0;
-  if (parsed(listed.timestep, time) && std::isfinite(time)) return time;
-  return invalid(fmt::format("the timestep is {}, expected a number", inQuotes(listed.timestep)),
+  if (!parsed(listed.timestep, time) || !std::isfinite(time)) {
+    return invalid(fmt::format("the timestep is {}, expected a number", inQuotes(listed.timestep)),
+                   collection.atLine(listed.line));
+  }
+  if (std::abs(time) <= model::kLargestCoordinate) return time;
+  return invalid(fmt::format("the timestep is {}; the largest possible is {}",
+                             inQuotes(listed.timestep), model::kLargestCoordinate),
                  collection.atLine(listed.line));
 }
 

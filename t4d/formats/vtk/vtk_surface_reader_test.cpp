@@ -240,6 +240,31 @@ TEST(Collection, StepsAreInOrderOfTimesAndPartsAreMerged) {
   EXPECT_EQ(merged->points.faceCount, 6U);
 }
 
+TEST(Collection, FilesMayBeNamedAsOnWindows) {
+  const auto path = writeFile("whole.vtp", vtkText("PolyData", cubePiece()));
+  const auto folder = path.parent_path() / "in" / "here";
+  std::filesystem::create_directories(folder);
+  std::filesystem::copy_file(path, folder / "b.vtp",
+                             std::filesystem::copy_options::overwrite_existing);
+  const auto steps =
+      stepsOf(collection(dataSet("0", "0", "in\\here\\b.vtp") + dataSet("1", "0", ".\\whole.vtp")));
+  ASSERT_TRUE(steps) << steps.error().text();
+  ASSERT_EQ(steps->steps.size(), 2U);
+  EXPECT_TRUE(std::filesystem::equivalent(steps->steps[0].files[0], folder / "b.vtp"));
+  EXPECT_TRUE(std::filesystem::equivalent(steps->steps[1].files[0], path));
+  // A name that has a backslash is taken as it is.
+  std::filesystem::copy_file(path, path.parent_path() / "in\\c.vtp",
+                             std::filesystem::copy_options::overwrite_existing);
+  const auto own =
+      stepsOf(collection(dataSet("0", "0", "in\\c.vtp") + dataSet("1", "0", "whole.vtp")));
+  ASSERT_TRUE(own) << own.error().text();
+  EXPECT_EQ(own->steps[0].files[0].filename(), "in\\c.vtp");
+  const auto outside =
+      stepsOf(collection(dataSet("0", "0", "..\\..\\x.vtp") + dataSet("1", "0", "whole.vtp")));
+  ASSERT_FALSE(outside);
+  EXPECT_THAT(outside.error().message, HasSubstr("names the file '..\\..\\x.vtp'"));
+}
+
 TEST(Collection, SaysWhatIsWrong) {
   const auto path = writeFile("whole.vtp", vtkText("PolyData", cubePiece()));
   const auto problem = [&](const std::string& sets) {
@@ -251,6 +276,8 @@ TEST(Collection, SaysWhatIsWrong) {
             "a.pvd:5: the timestep is '', expected a number");
   EXPECT_EQ(problem(dataSet("inf", "0", "whole.vtp")),
             "a.pvd:5: the timestep is 'inf', expected a number");
+  EXPECT_EQ(problem(dataSet("1e300", "0", "whole.vtp")),
+            "a.pvd:5: the timestep is '1e300'; the largest possible is 1e+70");
   EXPECT_EQ(problem(dataSet("1", "0.5", "whole.vtp")),
             "a.pvd:5: the part is '0.5', expected a whole number");
   EXPECT_EQ(problem(dataSet("1", "0", "none.vtp")),
