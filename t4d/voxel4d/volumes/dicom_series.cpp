@@ -120,9 +120,18 @@ class Arrangement {
   const std::string& fileOf(const DicomImage& image) const {
     return planes_->files[image.file].native();
   }
-  Error differs(std::size_t number, std::string_view what) const {
-    return invalid(fmt::format("has {} than {}, in one series", what, planes_->files[0].string()),
+  Error differs(std::size_t number, const std::string& own, const std::string& first) const {
+    return invalid(fmt::format("has {}, but {} in the same series has {}", own,
+                               planes_->files[0].string(), first),
                    planes_->files[number].string());
+  }
+  static std::string samplesText(const DicomLayout& layout, bool inverted) {
+    return fmt::format("samples of type {} with {} bits{}", nameOf(layout.type()), layout.stored,
+                       inverted ? ", inverted (MONOCHROME1)" : "");
+  }
+  static std::string syntaxText(const DicomLayout& layout) {
+    return fmt::format("the transfer syntax {}{}", shown(layout.syntax),
+                       layout.bigEndian ? ", big-endian" : "");
   }
 
   /// All images, with one layout, direction and spacing.
@@ -137,14 +146,17 @@ class Arrangement {
     for (std::size_t i = 0; i < series.contents.size(); ++i) {
       DicomFile& file = series.contents[i];
       if (file.layout.columns != layout.columns || file.layout.rows != layout.rows) {
-        return differs(i, "another number of rows or columns");
+        const auto sizeText = [](const DicomLayout& of) {
+          return fmt::format("{} columns and {} rows", of.columns, of.rows);
+        };
+        return differs(i, sizeText(file.layout), sizeText(layout));
       }
       if (file.layout.type() != layout.type() || file.layout.stored != layout.stored ||
           file.inverted != inverted_) {
-        return differs(i, "samples of another type");
+        return differs(i, samplesText(file.layout, file.inverted), samplesText(layout, inverted_));
       }
       if (file.layout.syntax != layout.syntax || file.layout.bigEndian != layout.bigEndian) {
-        return differs(i, "another transfer syntax");
+        return differs(i, syntaxText(file.layout), syntaxText(layout));
       }
       for (DicomImage& image : file.images) {
         image.file = static_cast<std::uint32_t>(i);
@@ -177,15 +189,19 @@ class Arrangement {
     const DicomImage& first = planes_->images.front();
     for (std::size_t i = 0; i < 6; ++i) {
       if (std::abs((*image.orientation)[i] - (*first.orientation)[i]) <= kSameDirection) continue;
-      return invalid(fmt::format("its planes lie in another direction than those of {}: the series "
-                                 "is not one volume over time",
-                                 fileOf(first)),
-                     where);
+      return invalid(
+          fmt::format("its planes lie in another direction than those of {}: number {} "
+                      "of its ImageOrientationPatient is {}, not {}; the series is not "
+                      "one volume over time",
+                      fileOf(first), i + 1, (*image.orientation)[i], (*first.orientation)[i]),
+          where);
     }
     for (std::size_t i = 0; i < 2; ++i) {
       const double a = (*image.spacing)[i];
       if (std::abs(a - (*first.spacing)[i]) <= kSameDirection * a) continue;
-      return invalid(fmt::format("its PixelSpacing differs from that of {}", fileOf(first)), where);
+      return invalid(fmt::format("its PixelSpacing differs from that of {}: {}, not {}, along {}",
+                                 fileOf(first), a, (*first.spacing)[i], i == 0 ? "y" : "x"),
+                     where);
     }
     return {};
   }
