@@ -13,7 +13,8 @@ namespace t4d::voxel4d {
 /// NRRD (teem.sourceforge.net/nrrd/format.html): .nrrd, or .nhdr with its data in other files of
 /// the same folder or below: one, a list, or a numbered series of a frame each. Encodings raw, gzip
 /// and text. Axes are of space but for at most one, which is time: that of kind `time` or `list`,
-/// or with the direction `none`; of four axes without kinds and directions the last.
+/// with the direction `none`, or along the fourth dimension of space; of four axes without kinds
+/// and directions the last. The times of frames are their index values in a sequence of 3D Slicer.
 Result<Volume> readNrrdHeader(const std::filesystem::path& path);
 
 /// NIfTI-1 and -2 (nifti.nimh.nih.gov): .nii, .nii.gz, or .hdr with .img or .img.gz. Positions are
