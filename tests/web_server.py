@@ -108,6 +108,18 @@ class Handler(http.server.BaseHTTPRequestHandler):
         if fault == 'trickle-header':
             self.note(206, 0)
             return self.trickle(b'HTTP/1.1 206 Partial Content\r\nX: ' + b'x' * 1000, 0.1)
+        if fault in ('long-header', 'long-header-line'):
+            # Of many lines, or of one that never ends.
+            break_ = b'\r\n' if fault == 'long-header' else b''
+            self.note(206, 0)
+            self.wfile.write(b'HTTP/1.1 206 Partial Content\r\n')
+            try:
+                for _ in range(10000):
+                    self.wfile.write(b'X: ' + b'x' * 1000 + break_)
+            except OSError:
+                pass
+            self.close_connection = True
+            return None
         if fault == 'redirect-to-file':
             return self.refuse(302, Location='file:///etc/hostname')
         if fault == 'login':

@@ -92,6 +92,7 @@ struct HttpClient::Answer {
   std::vector<std::byte> body;
   bool tooLong = false;
   bool wordy = false;  ///< a redirect sends more than anybody reads
+  bool longHeader = false;
 
   long status() const {
     long code = 0;
@@ -123,7 +124,8 @@ struct HttpClient::Answer {
     auto& answer = *static_cast<Answer*>(self);
     const std::string_view line(data, one * size);
     if (line.starts_with("HTTP/")) answer.header.clear();
-    if (answer.header.size() + line.size() > kMostHeaderBytes) return 0;
+    answer.longHeader = answer.header.size() + line.size() > kMostHeaderBytes;
+    if (answer.longHeader) return 0;
     answer.header += line;
     return line.size();
   }
@@ -220,6 +222,15 @@ Result<void> HttpClient::request(Answer& answer, const std::string& range,
     curl_easy_getinfo(curl, CURLINFO_REDIRECT_COUNT, &redirects);
     requests_ += 1 + static_cast<std::uint64_t>(redirects);
     bytesReceived_ += answer.body.size();
+    // libcurl puts a line together before it passes it on. If that gets too long, it says that
+    // memory is out, once an answer has begun.
+    curl_off_t untilAnswer = 0;
+    curl_easy_getinfo(curl, CURLINFO_STARTTRANSFER_TIME_T, &untilAnswer);
+    if (answer.longHeader ||
+        (code == CURLE_OUT_OF_MEMORY && untilAnswer > 0 && answer.body.empty())) {
+      return refused(
+          fmt::format("the server's answer has a header of more than {} bytes", kMostHeaderBytes));
+    }
     if (code == CURLE_OK || (code == CURLE_WRITE_ERROR && !answer.header.empty())) {
       return {};
     }

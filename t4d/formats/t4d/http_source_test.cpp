@@ -146,6 +146,16 @@ TEST_F(HttpSourceTest, TimeAndBytesOfARequestAreLimited) {
   fails("redirect-without-end", "sends a redirect with more than 65536 bytes", 10);
 }
 
+TEST_F(HttpSourceTest, ALongHeaderIsRefused) {
+  for (const char* fault : {"long-header", "long-header-line"}) {
+    const auto source = openHttpSource(server_.url(std::string(fault) + "/pattern.t4d"));
+    ASSERT_FALSE(source) << fault;
+    EXPECT_EQ(source.error().message, "the server's answer has a header of more than 65536 bytes")
+        << fault;
+    EXPECT_EQ(server_.requests(fault).size(), 1) << fault;
+  }
+}
+
 TEST(Url, SchemesAreTold) {
   EXPECT_EQ(schemeOf("HTTPS://host/a.t4d"), "https");
   EXPECT_EQ(schemeOf("s3+x://bucket/a"), "s3+x");
