@@ -63,7 +63,7 @@ Result<std::unique_ptr<FrameSource>> arrayFrames(std::span<const ArrayFrame<T>> 
     return invalid(fmt::format("the origin is ({}, {}, {}); it must be finite", lattice.origin[0],
                                lattice.origin[1], lattice.origin[2]));
   }
-  const auto rule = arrayRule(kTypeOf<T>, "", options.iso, {});
+  const auto rule = arrayRule(kTypeOf<T>, "", ArrayInside{.iso = options.iso});
   if (!rule) return rule.error();
   double farthest = 0;
   for (std::size_t i = 0; i < frames.size(); ++i) {

@@ -238,8 +238,10 @@ class BlockRow {
  public:
   using Key = typename Keys<T>::Key;
 
-  BlockRow(const SampleBox& box, const std::array<std::size_t, 3>& axes, const Judged<T>& judged)
+  BlockRow(const SampleBox& box, const SampleRule& rule, const std::array<std::size_t, 3>& axes,
+           const Judged<T>& judged)
       : box_(box),
+        rule_(rule),
         axes_(axes),
         judged_(judged),
         count_(box.size[axes[0]]),
@@ -294,6 +296,22 @@ class BlockRow {
       }
       row = gathered_.data();
     }
+    if (rule_.outside && !rule_.mask) {
+      if (!flagData(row)) return;
+    } else if (!flagAll(row)) {
+      return;
+    }
+    for (std::size_t block = 0; block < signs_.size(); ++block) {
+      // Bit 8 i of the flags moves to bit 56 + i.
+      constexpr std::uint64_t kGather = 0x0102040810204080U;
+      std::uint64_t eight = 0;
+      std::memcpy(&eight, flags_.data() + 8 * block, sizeof eight);
+      signs_[block][number] = static_cast<std::uint8_t>(eight * kGather >> 56U);
+    }
+  }
+
+  /// Sets the flags of a row, or returns false if no sample of it is inside.
+  bool flagAll(const std::byte* row) {
     // Local, so that compilers see that nothing written changes them.
     const std::size_t count = count_;
     const KeyRange<Key> inside = judged_.inside;
@@ -306,22 +324,33 @@ class BlockRow {
     }
     least_ = std::min(least_, least);
     largest_ = std::max(largest_, largest);
-    if (inside.first > inside.last || largest < inside.first || least > inside.last) return;
+    if (inside.first > inside.last || largest < inside.first || least > inside.last) return false;
     std::uint8_t* const flags = flags_.data();
     for (std::size_t i = 0; i < count; ++i) {
       flags[i] = static_cast<std::uint8_t>(unsigned{keyAt(i) >= inside.first} &
                                            unsigned{keyAt(i) <= inside.last});
     }
-    for (std::size_t block = 0; block < signs_.size(); ++block) {
-      // Bit 8 i of the flags moves to bit 56 + i.
-      constexpr std::uint64_t kGather = 0x0102040810204080U;
-      std::uint64_t eight = 0;
-      std::memcpy(&eight, flags + 8 * block, sizeof eight);
-      signs_[block][number] = static_cast<std::uint8_t>(eight * kGather >> 56U);
+    return true;
+  }
+
+  /// As flagAll, where some samples are no data.
+  bool flagData(const std::byte* row) {
+    bool any = false;
+    for (std::size_t i = 0; i < count_; ++i) {
+      const T sample = load<T>(row + i * sizeof(T));
+      flags_[i] = 0;
+      if (isNoData(valueOf(sample, rule_), rule_)) continue;
+      const Key key = Keys<T>::of(sample);
+      least_ = std::min(least_, key);
+      largest_ = std::max(largest_, key);
+      flags_[i] = static_cast<std::uint8_t>(judged_.inside.contains(key));
+      any = any || flags_[i] != 0;
     }
+    return any;
   }
 
   const SampleBox& box_;
+  const SampleRule& rule_;
   const std::array<std::size_t, 3>& axes_;
   const Judged<T>& judged_;
   std::size_t count_;
@@ -346,7 +375,7 @@ SampleSigns signsOfType(const SampleBox& box, const SampleRule& rule) {
   };
   std::vector<Found> found(slow);
   tbb::parallel_for(std::size_t{0}, slow, [&](std::size_t s) {
-    BlockRow<T> row(box, axes, judged);
+    BlockRow<T> row(box, rule, axes, judged);
     for (std::size_t m = 0; m < middle; ++m) row.find(s, m, found[s].signs);
     found[s].least = row.least();
     found[s].largest = row.largest();
@@ -356,6 +385,7 @@ SampleSigns signsOfType(const SampleBox& box, const SampleRule& rule) {
     return rule.sign * (valueOf(Keys<T>::sample(key), rule) - rule.iso);
   };
   for (Found& part : found) {
+    if (part.least > part.largest) continue;  // no data
     all.blocks.insert(all.blocks.end(), part.signs.blocks.begin(), part.signs.blocks.end());
     all.tiles.insert(all.tiles.end(), part.signs.tiles.begin(), part.signs.tiles.end());
     for (const Key key : {part.least, part.largest}) {
@@ -370,6 +400,17 @@ SampleSigns signsOfType(const SampleBox& box, const SampleRule& rule) {
 }
 
 }  // namespace
+
+bool isNoData(double value, const SampleRule& rule) {
+  const double outside = *rule.outside;
+  if (std::isnan(outside)) return std::isnan(value);
+  if (value == outside) return true;
+  // The nearest double of a decimal number is neither its nearest float nor a product.
+  constexpr double kLargest = std::numeric_limits<float>::max();
+  const bool exact = !rule.floats && rule.slope == 1 && rule.intercept == 0;
+  return !exact && std::abs(value) <= kLargest && std::abs(outside) <= kLargest &&
+         static_cast<float>(value) == static_cast<float>(outside);
+}
 
 SampleField::SampleField(const SampleBox& box, const SampleRule& rule, double outside)
     : box_(box), rule_(rule), outside_(outside) {
@@ -401,7 +442,9 @@ std::optional<std::array<std::size_t, 3>> firstUnusable(const SampleBox& box,
     for (at[axes[2]] = 0; at[axes[2]] < box.size[axes[2]]; ++at[axes[2]]) {
       for (at[axes[1]] = 0; at[axes[1]] < box.size[axes[1]]; ++at[axes[1]]) {
         for (at[axes[0]] = 0; at[axes[0]] < box.size[axes[0]]; ++at[axes[0]]) {
-          if (!judged.usable.contains(Keys<T>::of(load<T>(box.at(at))))) return at;
+          const T sample = load<T>(box.at(at));
+          if (judged.usable.contains(Keys<T>::of(sample))) continue;
+          if (!rule.outside || !isNoData(valueOf(sample, rule), rule)) return at;
         }
       }
     }
@@ -410,25 +453,29 @@ std::optional<std::array<std::size_t, 3>> firstUnusable(const SampleBox& box,
 }
 
 Result<SampleRule> arrayRule(SampleType type, const std::string& typeName,
-                             std::optional<double> iso, std::optional<std::int64_t> label) {
+                             const ArrayInside& inside) {
   SampleRule rule;
-  rule.label = label;
-  rule.mask = label || type == SampleType::Bool;
-  if (label) {
+  rule.label = inside.label;
+  rule.mask = inside.label || type == SampleType::Bool;
+  if (inside.outside && rule.mask) {
+    return invalid("labels and bools say what is outside; no value for it can be given");
+  }
+  rule.outside = inside.outside;
+  if (inside.label) {
     if (isInteger(type)) return rule;
     return invalid(fmt::format("the array is of {}; labels are whole numbers", typeName));
   }
-  if (isInteger(type) && !iso) {
+  if (isInteger(type) && !inside.iso) {
     return invalid(
         fmt::format("the array is of {}; expected floats or bool, or whole numbers with an iso "
                     "or a label",
                     typeName));
   }
-  if (iso && (rule.mask || !std::isfinite(*iso))) {
-    return invalid(
-        fmt::format("the iso value is {}; expected a finite number, and none for bools", *iso));
+  if (inside.iso && (rule.mask || !std::isfinite(*inside.iso))) {
+    return invalid(fmt::format("the iso value is {}; expected a finite number, and none for bools",
+                               *inside.iso));
   }
-  if (iso) rule.sign = -1, rule.iso = *iso;
+  if (inside.iso) rule.sign = inside.below ? 1 : -1, rule.iso = *inside.iso;
   rule.floats = fitsFloat32(type);
   return rule;
 }

@@ -44,15 +44,21 @@ struct SampleRule {
   double largest = std::numeric_limits<double>::infinity();
   /// Whether values are those of float32, so that crossings are rounded (CrossingGrid).
   bool floats = false;
+  /// Samples of this value are no data: they lie outside, like points beyond the box. NaN stands
+  /// for every sample that is not a number. Scaled values are compared as float32.
+  std::optional<double> outside = {};
 
   bool mask = false;  ///< no values: what is not 0 is inside, or equals `label`
   std::optional<std::int64_t> label = {};
 };
 
+/// Whether a value is that of SampleRule::outside, which must be given.
+bool isNoData(double value, const SampleRule& rule);
+
 /// The field of a box of samples.
 class SampleField {
  public:
-  /// `outside`: the field at points that are not in the box.
+  /// `outside`: the field at points that are not in the box, or whose samples are no data.
   SampleField(const SampleBox& box, const SampleRule& rule, double outside);
 
   /// At a point of a block, by its index in the order of BlockMask.
@@ -67,7 +73,9 @@ class SampleField {
       if (static_cast<std::uint64_t>(point[axis]) >= box_.size[axis]) return outside_;
       sample += point[axis] * box_.strides[axis];
     }
-    return rule_.sign * (value_(sample, rule_) - rule_.iso);
+    const double value = value_(sample, rule_);
+    if (rule_.outside && isNoData(value, rule_)) return outside_;
+    return rule_.sign * (value - rule_.iso);
   }
   bool hasFloats() const { return rule_.floats; }
   /// The number of blocks that the box reaches.
@@ -86,7 +94,8 @@ struct SampleSigns {
   std::vector<InsideTile> tiles;  ///< blocks that are all inside; increasing by coord
   /// Whether all values are finite and no larger than the rule allows. If not, the rest is wrong.
   bool usable = true;
-  double farthest = 0;  ///< the largest magnitude of the field; 0 for a mask
+  /// The largest magnitude of the field, without samples that are no data; 0 for a mask.
+  double farthest = 0;
 };
 
 SampleSigns signsOf(const SampleBox& box, const SampleRule& rule);
@@ -95,12 +104,23 @@ SampleSigns signsOf(const SampleBox& box, const SampleRule& rule);
 std::optional<std::array<std::size_t, 3>> firstUnusable(const SampleBox& box,
                                                         const SampleRule& rule);
 
-/// What is inside an array in memory: what equals `label`, values above `iso`, or without either
-/// values below zero, and True. `typeName` is what errors call the type. Fails for labels of
-/// numbers that are not whole, whole numbers without `iso` or `label`, and `iso` with bools or not
-/// finite.
+/// What is inside an array.
+struct ArrayInside {
+  std::optional<double> iso = {};  ///< values above this; without it and `label`, those below 0
+  bool below = false;              ///< values below `iso`, not above
+  std::optional<std::int64_t> label = {};  ///< whole numbers that equal this
+  std::optional<double> outside = {};      ///< as SampleRule::outside
+};
+
+/// The rule for an array in memory. Of bools, True is inside. `typeName` is what errors call the
+/// type. Fails for labels of numbers that are not whole, whole numbers without `iso` or `label`,
+/// `iso` with bools or not finite, and `outside` with bools or a label.
 Result<SampleRule> arrayRule(SampleType type, const std::string& typeName,
-                             std::optional<double> iso, std::optional<std::int64_t> label);
+                             const ArrayInside& inside);
+inline Result<SampleRule> arrayRule(SampleType type, const std::string& typeName,
+                                    std::optional<double> iso, std::optional<std::int64_t> label) {
+  return arrayRule(type, typeName, ArrayInside{.iso = iso, .label = label});
+}
 
 /// For arrays in memory: fails for sizes of zero, or of more than 2^31 - 1 points along an axis.
 Result<void> checkArraySize(const std::array<std::size_t, 3>& size);

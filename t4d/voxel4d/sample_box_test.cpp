@@ -231,6 +231,79 @@ TEST(SampleBox, MasksAreWhatIsNotZeroOrEqualsTheLabel) {
   }
 }
 
+/// Samples of the rule's outside value are outside, have the field beyond the box, and count
+/// neither for what is usable nor for the farthest value; all others are as without it.
+template <class T>
+void expectNoData(SampleType type, SampleRule rule, double outside, T noData, unsigned seed) {
+  std::mt19937 random(seed);
+  const Random<T> given(type, random, [&](std::size_t x, auto...) {
+    return random() % 4 == 0 || x < 3 ? noData : static_cast<T>(static_cast<int>(random() % 9) - 4);
+  });
+  rule.outside = outside;
+  const SampleSigns signs = signsOf(given.box, rule);
+  ASSERT_TRUE(signs.usable);
+  EXPECT_FALSE(firstUnusable(given.box, rule));
+  const SampleField looked(given.box, rule, 77);
+  double farthest = 0;
+  given.eachPoint([&](std::size_t x, std::size_t y, std::size_t z) {
+    const T sample = given.sample(x, y, z);
+    const bool isData = std::memcmp(&sample, &noData, sizeof sample) != 0;
+    const double field =
+        rule.sign * (rule.slope * static_cast<double>(sample) + rule.intercept - rule.iso);
+    if (isData) farthest = std::max(farthest, std::abs(field));
+    ASSERT_EQ(isInside(signs, x, y, z), isData && field < 0) << "seed " << seed;
+    ASSERT_EQ(
+        looked.at(blockOf(x, y, z), static_cast<unsigned>(64 * (x % 8) + 8 * (y % 8) + z % 8)),
+        isData ? field : 77);
+  });
+  EXPECT_EQ(signs.farthest, farthest);
+}
+
+TEST(SampleBox, SamplesThatAreNoDataLieOutside) {
+  SampleRule below;
+  below.iso = 0.5;
+  SampleRule scaled = below;
+  scaled.slope = 0.1;
+  scaled.intercept = 3;
+  scaled.iso = 3.05;
+  SampleRule floats = below;
+  floats.floats = true;
+  for (unsigned seed = 0; seed < 40; ++seed) {
+    expectNoData<float>(SampleType::Float32, floats, std::nan(""), std::nanf(""), seed);
+    expectNoData<float>(SampleType::Float32, floats, -2000.1, -2000.1F, seed);
+    expectNoData<double>(SampleType::Float64, below, -2000.1, -2000.1, seed);
+    expectNoData<double>(SampleType::Float64, below, -INFINITY, -INFINITY, seed);
+    expectNoData<std::int16_t>(SampleType::Int16, below, -2000, -2000, seed);
+    // -32 is stored, which is -0.2 in doubles but for the last digit.
+    expectNoData<std::int16_t>(SampleType::Int16, scaled, -0.2, -32, seed);
+    expectNoData<std::int8_t>(SampleType::Int8, below, -100, -100, seed);
+  }
+}
+
+TEST(SampleBox, ABoxWithoutDataIsOutside) {
+  const std::vector<float> nothing(27, std::nanf(""));
+  const SampleBox box{SampleType::Float32,
+                      reinterpret_cast<const std::byte*>(nothing.data()),
+                      {3, 3, 3},
+                      {36, 12, 4}};
+  SampleRule rule;
+  rule.floats = true;
+  EXPECT_FALSE(signsOf(box, rule).usable);
+  rule.outside = std::nan("");
+  const SampleSigns signs = signsOf(box, rule);
+  EXPECT_TRUE(signs.usable);
+  EXPECT_TRUE(signs.blocks.empty() && signs.tiles.empty());
+  EXPECT_EQ(signs.farthest, 0);
+}
+
+TEST(SampleBox, ArraysHaveValuesBelowInsideOnRequest) {
+  const auto rule = arrayRule(SampleType::UInt8, "uint8", ArrayInside{.iso = 9, .below = true});
+  ASSERT_TRUE(rule);
+  EXPECT_EQ(rule->sign, 1);
+  EXPECT_EQ(rule->iso, 9);
+  EXPECT_FALSE(arrayRule(SampleType::Int16, "int16", ArrayInside{.label = 3, .outside = 0.0}));
+}
+
 TEST(FrameLayer, AThinBoxOfSamplesThatAreAllInsideIsNotTooBareForItsSize) {
   // Its blocks are tiles, with more faces than a file without stored blocks may have.
   const std::vector<std::uint8_t> ones(std::size_t{8} * 1600 * 1600, 1);
