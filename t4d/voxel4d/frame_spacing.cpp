@@ -7,7 +7,9 @@
 
 #include <fmt/format.h>
 
+#include "t4d/model/amount_text.h"
 #include "t4d/model/degrees.h"
+#include "t4d/model/limits.h"
 #include "t4d/model/times.h"
 
 namespace t4d::voxel4d {
@@ -130,6 +132,24 @@ Result<std::vector<double>> frameTimes(const model::TimeSpan& span, const FrameT
                                times.size(), span.begin, times.back()));
   }
   return times;
+}
+
+Result<void> checkFrameTimes(std::span<const double> times, std::size_t frames) {
+  if (times.size() != frames) {
+    return invalid(fmt::format("{} for {}: expected one for each",
+                               model::counted(times.size(), "time"),
+                               model::counted(frames, "frame")));
+  }
+  for (std::size_t i = 0; i < frames; ++i) {
+    if (!(std::abs(times[i]) <= model::kLargestCoordinate)) {
+      return invalid(fmt::format("the time of frame {} is {}; at most {} is possible", i, times[i],
+                                 model::kLargestCoordinate));
+    }
+    if (i == 0 || times[i] > times[i - 1]) continue;
+    return invalid(fmt::format("times do not increase: frame {} is at {}, the one before at {}", i,
+                               times[i], times[i - 1]));
+  }
+  return {};
 }
 
 double maxSpeed(const model::TriangleMesh& mesh, const model::Motion& motion) {

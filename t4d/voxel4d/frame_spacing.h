@@ -28,6 +28,10 @@ struct FrameTimes {
 /// are too close to represent.
 Result<std::vector<double>> frameTimes(const model::TimeSpan& span, const FrameTimes& when);
 
+/// Fails unless `times`, given for `frames` frames, are as many, increase, and are no larger than
+/// model::kLargestCoordinate.
+Result<void> checkFrameTimes(std::span<const double> times, std::size_t frames);
+
 /// The maximum speed, over all times of `motion`, of any point of the convex hull of `mesh`'s
 /// vertices, in length units per time unit; up to rounding. 0 without vertices. Takes time
 /// proportional to vertices times segments at most.

@@ -113,7 +113,8 @@ void readMetadata(VdbStream& stream, openvdb::MetaMap& into) {
       return true;
     };
     if (number(openvdb::DoubleMetadata()) || number(openvdb::FloatMetadata()) ||
-        number(openvdb::Int32Metadata()) || number(openvdb::Int64Metadata())) {
+        number(openvdb::Int32Metadata()) || number(openvdb::Int64Metadata()) ||
+        number(openvdb::Vec3IMetadata())) {
       continue;
     }
     if (type == openvdb::StringMetadata::staticTypeName()) {
@@ -177,8 +178,8 @@ Result<std::unique_ptr<VdbFile>> VdbFile::open(const std::filesystem::path& path
   if (!std::filesystem::is_regular_file(status)) {
     return fail(ErrorCode::Io, "is not a regular file", path.string());
   }
-  std::unique_ptr<VdbFile> file(new VdbFile);
   system::noteInput(path);
+  std::unique_ptr<VdbFile> file(new VdbFile);
   file->path_ = path;
   file->stream_.open(path, std::ios::binary);
   if (!file->stream_) {

@@ -9,8 +9,10 @@
 #include "t4d/model/limits.h"
 #include "t4d/model/times.h"
 #include "t4d/voxel4d/advected_frames.h"
+#include "t4d/voxel4d/frame_spacing.h"
 #include "t4d/voxel4d/occupancy.h"
 #include "t4d/voxel4d/region_border.h"
+#include "t4d/voxel4d/same_place.h"
 #include "t4d/voxel4d/vdb_file.h"
 #include "t4d/voxel4d/vdb_grid.h"
 #include "t4d/voxel4d/vdb_places.h"
@@ -34,6 +36,13 @@ std::optional<double> numberOf(const openvdb::GridBase& grid, const char* name) 
 
 Result<void> setTimes(std::vector<VdbPlace>& places, const VdbFramesOptions& options,
                       bool oneApart) {
+  if (!options.times.empty()) {
+    if (auto good = checkFrameTimes(options.times, places.size()); !good) {
+      return invalid(good.error().message, places.front().file.string());
+    }
+    for (std::size_t i = 0; i < places.size(); ++i) places[i].time = options.times[i];
+    return {};
+  }
   if (options.frameTime && !(*options.frameTime > 0 && std::isfinite(*options.frameTime))) {
     return invalid(fmt::format("the time between frames is {}; it must be a positive number",
                                *options.frameTime));
@@ -83,6 +92,41 @@ bool severalNames(const std::vector<VdbPlace>& places) {
   });
 }
 
+/// The voxels that a grid has, as its metadata say. Without them, as far as voxels can be; none of
+/// an empty grid.
+openvdb::CoordBBox voxelsOf(const openvdb::GridBase& header) {
+  const auto low =
+      header.getMetadata<openvdb::Vec3IMetadata>(openvdb::GridBase::META_FILE_BBOX_MIN);
+  const auto high =
+      header.getMetadata<openvdb::Vec3IMetadata>(openvdb::GridBase::META_FILE_BBOX_MAX);
+  if (low && high) return {openvdb::Coord(low->value()), openvdb::Coord(high->value())};
+  constexpr std::int32_t kFarthest = kMaxCoordinate;
+  return {openvdb::Coord(-kFarthest), openvdb::Coord(kFarthest)};
+}
+
+/// Fails if the lattice of a grid is not that of the first, but for rounding.
+Result<void> checkSameLattice(const Lattice& first, const openvdb::GridBase& firstHeader,
+                              const Lattice& other, const openvdb::GridBase& header) {
+  openvdb::CoordBBox voxels = voxelsOf(header);
+  voxels.expand(voxelsOf(firstHeader));
+  if (voxels.empty()) voxels = {openvdb::Coord(0), openvdb::Coord(0)};
+  const auto pointOf = [](const openvdb::Coord& voxel) {
+    return Eigen::Vector3d(voxel.x(), voxel.y(), voxel.z());
+  };
+  const double apart =
+      voxelsApart(first.place(), other.place(), pointOf(voxels.min()), pointOf(voxels.max()));
+  if (apart <= kSamePlace) return {};
+  const auto text = [](const Lattice& l) {
+    return fmt::format("voxel size {} and origin ({}, {}, {})", l.voxelSize, l.origin.x(),
+                       l.origin.y(), l.origin.z());
+  };
+  return invalid(
+      fmt::format("its transform has {}, that of the first frame {}: a corner of its "
+                  "voxels is {:.4g} voxels away from there; up to {} are taken for "
+                  "rounding",
+                  text(other), text(first), apart, kSamePlace));
+}
+
 Result<Lattice> checkHeaders(const std::vector<VdbPlace>& places, const VdbFramesOptions& options) {
   Lattice lattice;
   GridKind kind{};
@@ -110,14 +154,8 @@ Result<Lattice> checkHeaders(const std::vector<VdbPlace>& places, const VdbFrame
     const auto here = latticeOf(*header, where);
     if (!here) return here.error();
     if (i == 0) lattice = *here;
-    if (!(*here == lattice)) {
-      const auto text = [](const Lattice& l) {
-        return fmt::format("voxel size {} and origin ({}, {}, {})", l.voxelSize, l.origin.x(),
-                           l.origin.y(), l.origin.z());
-      };
-      return invalid(fmt::format("its transform has {}, that of the first frame {}", text(*here),
-                                 text(lattice)),
-                     where);
+    if (auto same = checkSameLattice(lattice, *places.front().header, *here, *header); !same) {
+      return invalid(same.error().message, where);
     }
   }
   return lattice;
@@ -147,6 +185,7 @@ class VdbFrames : public FrameSource {
         oneApart_(oneApart),
         lattice_(lattice),
         iso_(options.iso),
+        below_(options.below),
         read_{options.largeFrame, boxOf(options.region)} {
     if (options.region) border_ = RegionBorder(options.region->space);
   }
@@ -163,7 +202,7 @@ class VdbFrames : public FrameSource {
     const VdbPlace& place = places_[index];
     auto grid = reader_.read(place, read_);
     if (!grid) return grid.error();
-    auto frame = frameOf(*grid, place.time, iso_, place.where);
+    auto frame = frameOf(*grid, place.time, iso_, place.where, below_);
     if (!frame) return frame;
     border_.look(*frame);
     const auto anyInside = [](const Block& block) {
@@ -176,7 +215,8 @@ class VdbFrames : public FrameSource {
       // Densities are not always marked as such.
       const bool densities = !iso_ && kindOf(*grid->grid, place.where) == GridKind::Values &&
                              grid->grid->getGridClass() == openvdb::GRID_UNKNOWN;
-      return invalid(iso_ ? fmt::format("no sample of any frame is above the iso value {}", *iso_)
+      return invalid(iso_ ? fmt::format("no sample of any frame is {} the iso value {}",
+                                        below_ ? "below" : "above", *iso_)
                           : std::string("no sample of any frame is inside"),
                      places_.front().file.string(), densities ? Remedy::IsoValue : Remedy::None);
     }
@@ -188,6 +228,7 @@ class VdbFrames : public FrameSource {
   bool oneApart_;
   Lattice lattice_;
   std::optional<double> iso_;
+  bool below_;
   VdbTreeOptions read_;
   RegionBorder border_;
   VdbPlaceReader reader_;
@@ -227,10 +268,10 @@ Result<std::unique_ptr<FrameSource>> openVdbFrames(std::span<const fs::path> inp
   if (places->size() == 1) {
     return invalid("one frame only; a 4D mesh needs two or more", places->front().where);
   }
-  const bool oneApart =
-      !options.frameTime && std::ranges::none_of(*places, [](const VdbPlace& place) {
-        return numberOf(*place.header, kTimeMetadata).has_value();
-      });
+  const bool oneApart = !options.frameTime && options.times.empty() &&
+                        std::ranges::none_of(*places, [](const VdbPlace& place) {
+                          return numberOf(*place.header, kTimeMetadata).has_value();
+                        });
   if (auto set = setTimes(*places, options, oneApart); !set) return set.error();
   if (options.region) {
     const auto used =

@@ -25,9 +25,12 @@ inline constexpr const char* kTimeMetadata = "t4d_time";
 struct VdbFramesOptions {
   /// For densities: values above this are inside. Without it, values below zero are (level sets).
   std::optional<double> iso = {};
+  bool below = false;  ///< with `iso`: values below it are inside, not above
   /// Time between two frames; overrides the times in the metadata. Where no grid has one, it is 1.
   std::optional<double> frameTime = {};
   double startTime = 0;  ///< of the first frame, with `frameTime`
+  /// The time of each frame of the files, increasing; overrides all of these. Empty for none.
+  std::vector<double> times = {};
   /// What is used: points of index space, whose numbers may be negative, and frames counted from 0.
   /// Positions and times stay what they are without it.
   std::optional<Region> region = {};
@@ -41,19 +44,20 @@ struct VdbFramesOptions {
   std::size_t largeFrame = kLargeFrame;
 };
 
-/// Frames from .vdb files: either several files (or all .vdb files of a folder) of one grid each,
-/// in natural order of their names, frame2 before frame10; or one file whose grids are the frames,
-/// in natural order of their names, and in file order if these are equal.
+/// Frames from .vdb files: either several files of one grid each, in the order given, where those
+/// of a folder are in natural order of their names, frame2 before frame10; or one file whose grids
+/// are the frames, in natural order of their names, and in file order if these are equal.
 ///
-/// Inside are values below zero of float and double grids, or above `iso`; true values of bool
-/// grids, active or not; active points of mask grids. A grid is read again when its frame is
-/// requested; the frame uses its values without copying, or has them in a temporary file if it is
-/// large.
+/// Inside are values below zero of float and double grids, or above `iso`, or below it; true values
+/// of bool grids, active or not; active points of mask grids. A grid is read again when its frame
+/// is requested; the frame uses its values without copying, or has them in a temporary file if it
+/// is large.
 ///
 /// These are errors that name the file and the grid: a file that is not VDB, or is truncated or
 /// damaged as far as that can be detected (.vdb has no checksums); other types of grid; frames with
 /// values mixed with frames without; a fog volume without `iso`, and `iso` for bool and mask grids;
-/// transforms that are not a uniform scale with a translation, or differ from the first frame's; a
+/// transforms that are not a uniform scale with a translation, or take
+/// a voxel elsewhere than the first frame's by more than rounding (kSamePlace); a
 /// background that is inside; values that are not finite; a frame without a time where another has
 /// one; times that do not increase; fewer than two frames. If no frame has a point inside,
 /// requesting the last frame is an error.

@@ -637,6 +637,36 @@ TEST_F(VdbVelocities, AreRefusedIfTheyCannotBeRight) {
       "such as 'wind.x'; it has 'ball', 'vel'");
 }
 
+TEST_F(VdbFrames, ValuesBelowTheIsoValueAreInsideOnRequest) {
+  const auto raised = [&](double time) {
+    auto grid = sphereAt(time);
+    for (auto value = grid->beginValueAll(); value; ++value) value.setValue(*value + 5);
+    grid->tree().root().setBackground(grid->background() + 5, true);
+    return grid;
+  };
+  const auto expected = read({write("l.vdb", {sphereAt(0), sphereAt(1)})});
+  const auto found = read({write("r.vdb", {raised(0), raised(1)})}, {.iso = 5, .below = true});
+  ASSERT_EQ(found.size(), 2U);
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(countInside(found[i]), countInside(expected[i]));
+    EXPECT_EQ(found[i].blocks.front().inside, expected[i].blocks.front().inside);
+  }
+  EXPECT_NE(refusal({write("r.vdb", {raised(0), raised(1)})}, {.iso = 9, .below = true})
+                .find("its background 8 is inside"),
+            std::string::npos);
+}
+
+TEST_F(VdbFrames, FilesStayInTheOrderGiven) {
+  const fs::path b = write("b.vdb", {sphereAt(0)});
+  const fs::path a = write("a.vdb", {sphereAt(1)});
+  std::vector<double> times;
+  for (const Frame& frame : read({b, a}, {.times = {3, 8}})) times.push_back(frame.time);
+  EXPECT_EQ(times, (std::vector<double>{3, 8}));
+  EXPECT_EQ(read({b, a}).size(), 2U);
+  EXPECT_NE(refusal({a, b}).find("times do not increase"), std::string::npos);
+  EXPECT_NE(refusal({b, a}, {.times = {3}}).find("1 time for 2 frames"), std::string::npos);
+}
+
 TEST_F(VdbFrames, RefusesOtherTransforms) {
   const auto with = [&](const auto& change) {
     auto grid = sphereAt(1);
@@ -648,10 +678,16 @@ TEST_F(VdbFrames, RefusesOtherTransforms) {
               t.postTranslate({0, 0, 1});
             }),
             "frame2.vdb: grid 'ball': its transform has voxel size 1 and origin (0, 0, 1), that of "
-            "the first frame voxel size 1 and origin (0, 0, 0)");
+            "the first frame voxel size 1 and origin (0, 0, 0): a corner of its voxels is 1 voxels "
+            "away from there; up to 0.001 are taken for rounding");
+  // The ball has voxels up to 13 from the middle, and half as far with the other transform.
   EXPECT_EQ(with([](Transform& t) { t.postScale(0.5); }),
             "frame2.vdb: grid 'ball': its transform has voxel size 0.5 and origin (0, 0, 0), that "
-            "of the first frame voxel size 1 and origin (0, 0, 0)");
+            "of the first frame voxel size 1 and origin (0, 0, 0): a corner of its voxels is 10.98 "
+            "voxels away from there; up to 0.001 are taken for rounding");
+  EXPECT_EQ(with([](Transform& t) { t.postScale(1 + 4e-5); }), "(was accepted)");
+  EXPECT_EQ(with([](Transform& t) { t.postTranslate({0, 0, 1e-6}); }), "(was accepted)");
+  EXPECT_NE(with([](Transform& t) { t.postScale(1 + 6e-5); }), "(was accepted)");
   EXPECT_EQ(with([](Transform& t) { t.postScale(openvdb::Vec3d(1, 1, 2)); }),
             "frame2.vdb: grid 'ball': its transform takes a voxel's axes to (1, 0, 0), (0, 1, 0), "
             "(0, 0, 2); only a uniform scale with a translation can be used: resample it");

@@ -105,7 +105,7 @@ Result<void> addTiles(const std::vector<const Node*>& nodes, const Rule<Value>& 
 template <class Grid>
 Result<Frame> frameOfGrid(const std::shared_ptr<const Grid>& grid,
                           const std::shared_ptr<const FrameFile>& file, double time,
-                          const std::optional<double>& iso, const Place& where) {
+                          const std::optional<double>& iso, bool below, const Place& where) {
   using Tree = typename Grid::TreeType;
   using Value = typename Grid::ValueType;
   using Leaf = typename Tree::LeafNodeType;
@@ -117,7 +117,7 @@ Result<Frame> frameOfGrid(const std::shared_ptr<const Grid>& grid,
 
   const Tree& tree = grid->tree();
   Rule<Value> rule;
-  if (iso) rule = {-1, *iso};
+  if (iso) rule = {below ? 1.0 : -1.0, *iso};
   Frame frame;
   frame.time = time;
   if (file) {
@@ -304,19 +304,20 @@ Result<Lattice> latticeOf(const openvdb::GridBase& grid, const Place& where) {
 }
 
 Result<Frame> frameOf(const VdbGrid& whole, double time, const std::optional<double>& iso,
-                      const Place& where) {
+                      const Place& where, bool below) {
   const auto& [grid, values] = whole;
   if (auto kind = kindOf(*grid, where); !kind) return kind.error();
   if (auto floats = openvdb::gridConstPtrCast<openvdb::FloatGrid>(grid)) {
-    return frameOfGrid(floats, values, time, iso, where);
+    return frameOfGrid(floats, values, time, iso, below, where);
   }
   if (auto doubles = openvdb::gridConstPtrCast<openvdb::DoubleGrid>(grid)) {
-    return frameOfGrid(doubles, values, time, iso, where);
+    return frameOfGrid(doubles, values, time, iso, below, where);
   }
   if (auto bools = openvdb::gridConstPtrCast<openvdb::BoolGrid>(grid)) {
-    return frameOfGrid(bools, nullptr, time, {}, where);
+    return frameOfGrid(bools, nullptr, time, {}, false, where);
   }
-  return frameOfGrid(openvdb::gridConstPtrCast<openvdb::MaskGrid>(grid), nullptr, time, {}, where);
+  return frameOfGrid(openvdb::gridConstPtrCast<openvdb::MaskGrid>(grid), nullptr, time, {}, false,
+                     where);
 }
 
 openvdb::BoolGrid::Ptr boolGridOf(const Frame& frame, const Lattice& lattice) {

@@ -51,11 +51,11 @@ struct VdbGrid {
 };
 
 /// The frame of a grid, which the frame then owns. Leaf nodes become blocks; inside values above
-/// them become tiles. Inside are values below zero, or above `iso` if it is given; true values of
-/// bool grids; and active points of mask grids. Fails for a background that is inside, values that
-/// are not finite, and points farther than kMaxCoordinate from the origin.
+/// them become tiles. Inside are values below zero, or above `iso` if it is given, or `below` it;
+/// true values of bool grids; and active points of mask grids. Fails for a background that is
+/// inside, values that are not finite, and points farther than kMaxCoordinate from the origin.
 Result<Frame> frameOf(const VdbGrid& grid, double time, const std::optional<double>& iso,
-                      const Place& where);
+                      const Place& where, bool below = false);
 
 /// The inside points of a frame as a bool grid: they are true and active.
 openvdb::BoolGrid::Ptr boolGridOf(const Frame& frame, const Lattice& lattice);

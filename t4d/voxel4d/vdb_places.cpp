@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// All .vdb files in a folder, except hidden ones.
+/// All .vdb files in a folder, except hidden ones, in natural order.
 Result<std::vector<fs::path>> filesIn(const fs::path& folder) {
   std::vector<fs::path> files;
   std::error_code error;
@@ -24,6 +24,9 @@ Result<std::vector<fs::path>> filesIn(const fs::path& folder) {
     return fail(ErrorCode::Io, "cannot read the folder: " + error.message(), folder.string());
   }
   if (files.empty()) return invalid("no frames: the folder has no .vdb files", folder.string());
+  std::ranges::sort(files, [](const fs::path& a, const fs::path& b) {
+    return naturallyLess(a.string(), b.string());
+  });
   return files;
 }
 
@@ -42,9 +45,6 @@ Result<std::vector<fs::path>> vdbFilesOf(std::span<const fs::path> inputs) {
     files.insert(files.end(), found->begin(), found->end());
   }
   if (files.empty()) return invalid("no frames: no .vdb file is given");
-  std::stable_sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
-    return naturallyLess(a.string(), b.string());
-  });
   return files;
 }
 

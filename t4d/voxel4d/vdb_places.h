@@ -22,7 +22,8 @@ struct VdbPlace {
   double time = 0;  ///< of the frame
 };
 
-/// The files, and all .vdb files of folders except hidden ones, in natural order.
+/// The files in the order given. A folder stands for its .vdb files, except hidden ones, in natural
+/// order of their names.
 Result<std::vector<std::filesystem::path>> vdbFilesOf(
     std::span<const std::filesystem::path> inputs);
 

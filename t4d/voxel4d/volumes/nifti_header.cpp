@@ -180,7 +180,7 @@ Result<void> takeNiftiSamples(const NiftiFields& fields, Volume& volume) {
   return {};
 }
 
-/// The units, and the times of the frames. Fails if the fourth axis is not the time.
+/// The units, and the times of several frames. Fails if the fourth axis is not the time.
 Result<void> takeNiftiTimes(const NiftiFields& fields, Volume& volume) {
   const int units = fields.layout.second
                         ? fields.at<std::int32_t>(fields.layout.units)
@@ -192,9 +192,11 @@ Result<void> takeNiftiTimes(const NiftiFields& fields, Volume& volume) {
   const auto length = static_cast<std::size_t>(units & 7);
   const auto time = static_cast<std::size_t>(units >> 3 & 7);
   if (length < kLengths.size()) volume.lengthUnit = kLengths[length];
+  // pixdim[4] and the unit are of the fourth axis; programs leave anything in them without one.
+  if (volume.frames() == 1) return {};
   if (time < kTimes.size()) {
     volume.timeUnit = kTimes[time];
-  } else if (time - kTimes.size() < kOthers.size() && volume.frames() > 1) {
+  } else if (time - kTimes.size() < kOthers.size()) {
     return fail(ErrorCode::Unsupported,
                 fmt::format("its fourth axis is not the time: its unit is {}",
                             kOthers[time - kTimes.size()]),

@@ -106,6 +106,8 @@ Result<Volume> readNpyHeader(const std::filesystem::path& path, std::string_view
     return invalid(fmt::format("has {} axes, not those of '{}'", volume.sizes.size(), axes),
                    volume.where);
   }
+  if (axes.empty()) volume.assumedAxes = volume.axes;
+  volume.unsized = "xyz";
   if (fortran == "False") {
     std::ranges::reverse(volume.sizes);
     std::ranges::reverse(volume.axes);

@@ -28,6 +28,7 @@ std::optional<std::string> parseLine(const std::string& line, Volume& volume) {
     return fmt::format("has {} sizes", volume.sizes.size());
   }
   volume.axes = std::string("xyzt").substr(0, volume.sizes.size());
+  volume.unsized = "xyz";
   return std::nullopt;
 }
 

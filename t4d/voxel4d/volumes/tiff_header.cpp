@@ -13,6 +13,7 @@
 #include "t4d/voxel4d/volumes/header_text.h"
 #include "t4d/voxel4d/volumes/headers.h"
 #include "t4d/voxel4d/volumes/tiff_file.h"
+#include "t4d/voxel4d/volumes/unit_names.h"
 
 namespace t4d::voxel4d {
 namespace {
@@ -23,10 +24,12 @@ struct Planes {
   std::vector<std::uint64_t> sizes;
   /// The page of each plane, in the order of these axes; empty if they are in that order.
   std::vector<std::uint64_t> pages;
-  std::array<double, 3> spacing = {1, 1, 1};
+  std::array<std::optional<double>, 3> spacing;
   std::optional<double> frameTime;
   std::string lengthUnit;
   std::string timeUnit;
+  std::string notice;
+  bool assumed = false;  ///< no description says what the pages are, and neither does the caller
 
   std::uint64_t size(char axis) const {
     const auto at = axes.find(axis);
@@ -44,14 +47,9 @@ struct Planes {
 
 constexpr std::uint64_t kMostPlanes = std::uint64_t{1} << 31U;
 
-/// "um" for a micrometre in any writing; "" for pixels.
-std::string unitNamed(std::string unit) {
-  if (unit == "micron" || unit == "microns" || unit == "\\u00B5m" || unit == "µm" ||
-      unit == "\u03bcm") {
-    return "um";
-  }
-  if (unit == "pixel" || unit == "pixels") return {};
-  return unit;
+/// unitNamed, but "" for pixels.
+std::string lengthUnitNamed(const std::string& name) {
+  return name == "pixel" || name == "pixels" ? "" : unitNamed(name);
 }
 
 // ImageJ ----------------------------------------------------------------------------------------
@@ -86,9 +84,9 @@ Result<Planes> readImageJ(const std::string& text, const TiffFile& file, const s
       if (name == "spacing" && *number != 0) planes.spacing[2] = std::abs(*number);
       if (name == "finterval" && *number > 0) planes.frameTime = number;
     } else if (name == "unit") {
-      planes.lengthUnit = unitNamed(value);
+      planes.lengthUnit = lengthUnitNamed(value);
     } else if (name == "tunit") {
-      planes.timeUnit = value;
+      planes.timeUnit = unitNamed(value);
     }
   }
   if (sizes == std::array<std::uint64_t, 3>{1, 1, 1}) sizes[1] = images;  // a plain stack
@@ -101,7 +99,6 @@ Result<Planes> readImageJ(const std::string& text, const TiffFile& file, const s
     }
   }
   if (planes.frameTime && planes.timeUnit.empty()) planes.timeUnit = "s";
-  if (planes.timeUnit == "sec") planes.timeUnit = "s";
   return planes;
 }
 
@@ -173,6 +170,9 @@ Result<Planes> readOme(const std::string& text, std::uint64_t pagesInFile,
                 where);
   }
   Planes planes;
+  if (image->images > 1) {
+    planes.notice = fmt::format("holds {} images, of which the first is used", image->images);
+  }
   const std::string order = valueOf(image->pixels, "DimensionOrder").value_or("XYCZT");
   std::string sorted = order;
   std::ranges::sort(sorted);
@@ -193,7 +193,7 @@ Result<Planes> readOme(const std::string& text, std::uint64_t pagesInFile,
     const auto number = numberIn<double>(*value);
     if (!number || !(*number > 0) || !std::isfinite(*number)) return wrong(name, *value);
     planes.spacing[axis] = *number;
-    const std::string own = unitNamed(valueOf(image->pixels, name + "Unit").value_or("µm"));
+    const std::string own = lengthUnitNamed(valueOf(image->pixels, name + "Unit").value_or("µm"));
     if (!unit.empty() && own != unit) return wrong(name + "Unit", own);
     unit = own;
   }
@@ -203,7 +203,7 @@ Result<Planes> readOme(const std::string& text, std::uint64_t pagesInFile,
     if (!number || !std::isfinite(*number)) return wrong("TimeIncrement", *value);
     if (*number > 0) {
       planes.frameTime = number;
-      planes.timeUnit = valueOf(image->pixels, "TimeIncrementUnit").value_or("s");
+      planes.timeUnit = unitNamed(valueOf(image->pixels, "TimeIncrementUnit").value_or("s"));
     }
   }
 
@@ -265,12 +265,14 @@ std::optional<Planes> readShape(const std::string& text, const std::string& axes
   if (named.empty() && value.contains("axes") && value["axes"].is_string()) {
     named = lowerCase(value["axes"].get<std::string>());
   }
+  const bool assumed = named.empty();
   if (named.empty() && shape.size() == 4) named = "tzyx";
   if (named.empty() && shape.size() == 3) named = "zyx";
   if (named.size() != shape.size() || !named.ends_with("yx")) return {};
   Planes planes;
   planes.axes = named.substr(0, named.size() - 2);
   planes.sizes.assign(shape.begin(), shape.end() - 2);
+  planes.assumed = assumed;
   return planes;
 }
 
@@ -288,6 +290,7 @@ Result<Planes> planesOf(const TiffFile& file, const std::string& description, st
   Planes planes;
   planes.axes = of.substr(0, 1);
   planes.sizes = {pages};
+  planes.assumed = axes.empty();
   return planes;
 }
 
@@ -344,8 +347,12 @@ Result<Volume> readTiffHeader(const std::filesystem::path& path, std::string_vie
   volume.axes = "xyzt";
   volume.sizes = {layout->width, layout->height, planes->size('z'), planes->size('t')};
   for (int axis = 0; axis < 3; ++axis) {
-    volume.place(axis, axis) = planes->spacing[static_cast<std::size_t>(axis)];
+    const auto& spacing = planes->spacing[static_cast<std::size_t>(axis)];
+    volume.place(axis, axis) = spacing.value_or(1);
+    if (!spacing) volume.unsized += "xyz"[axis];
   }
+  if (planes->assumed) volume.assumedAxes = planes->axes + "yx";
+  volume.notice = planes->notice;
   volume.frameTime = planes->frameTime;
   volume.lengthUnit = planes->lengthUnit;
   volume.timeUnit = planes->timeUnit;

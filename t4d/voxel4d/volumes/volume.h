@@ -62,6 +62,10 @@ struct Volume {
   /// "LPS"; "" if that is not said.
   std::string space;
   std::string notice;  ///< what was changed while the header was read; "" for nothing
+  /// Axes along which nothing says how large a voxel is, so that it is taken as 1: "xyz".
+  std::string unsized;
+  /// The axes of the data in the order in which they are taken, as "txyz", if nothing names them.
+  std::string assumedAxes;
 
   std::optional<double> frameTime;
   double startTime = 0;

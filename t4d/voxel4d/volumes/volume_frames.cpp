@@ -13,8 +13,8 @@
 #include "t4d/model/times.h"
 #include "t4d/system/scratch_file.h"
 #include "t4d/voxel4d/frame_spacing.h"
-#include "t4d/voxel4d/natural_order.h"
 #include "t4d/voxel4d/region_border.h"
+#include "t4d/voxel4d/same_place.h"
 #include "t4d/voxel4d/sample_box.h"
 #include "t4d/voxel4d/volumes/dicom_series.h"
 #include "t4d/voxel4d/volumes/header_text.h"
@@ -209,7 +209,8 @@ class Frames : public FrameSource {
   const Lattice& lattice() const override { return lattice_; }
   std::size_t frameCount() const override { return times_.size(); }
   bool isOneApart() const override {
-    return !options_.frameTime && !volumes_[0].frameTime && volumes_[0].times.empty();
+    return !options_.frameTime && options_.times.empty() && !volumes_[0].frameTime &&
+           volumes_[0].times.empty();
   }
   Place placeOf(std::size_t index) const override {
     if (volumes_.size() > 1) return volumes_[index].where;
@@ -239,12 +240,11 @@ class Frames : public FrameSource {
     }
     solid_ = solid_ || !signs.blocks.empty() || !signs.tiles.empty();
     if (index + 1 == times_.size() && !solid_ && !options_.valuesAlone) {
-      return invalid(
-          options_.label ? fmt::format("no sample of any frame is {}", *options_.label)
-          : options_.iso
-              ? fmt::format("no sample of any frame is above the iso value {}", *options_.iso)
-              : std::string("no sample of any frame is inside"),
-          volumes_.front().where);
+      return invalid(options_.label ? fmt::format("no sample of any frame is {}", *options_.label)
+                     : options_.iso ? fmt::format("no sample of any frame is {} the iso value {}",
+                                                  options_.below ? "below" : "above", *options_.iso)
+                                    : std::string("no sample of any frame is inside"),
+                     volumes_.front().where);
     }
     const auto outside = fieldOutside(rule_, signs.farthest);
     if (!outside) return outside.error();
@@ -351,6 +351,11 @@ class Frames : public FrameSource {
 
 Result<SampleRule> ruleOf(const Volume& volume, const VolumeOptions& options) {
   SampleRule rule;
+  if (options.outside && (options.label || volume.type == SampleType::Bool)) {
+    return invalid("labels and bools say what is outside; no value for it can be given",
+                   volume.where);
+  }
+  rule.outside = options.outside;
   if (options.label) {
     if (options.iso) return invalid("an iso value and a label are given; they exclude each other");
     if (volume.slope != 1 || volume.intercept != 0) {
@@ -381,7 +386,7 @@ Result<SampleRule> ruleOf(const Volume& volume, const VolumeOptions& options) {
   }
   rule.slope = volume.slope;
   rule.intercept = volume.intercept;
-  if (options.iso) rule.sign = -1, rule.iso = *options.iso;
+  if (options.iso) rule.sign = options.below ? 1 : -1, rule.iso = *options.iso;
   rule.floats = fitsFloat32(volume.type) && volume.slope == 1 && volume.intercept == 0;
   // Differences of values must be finite, too.
   rule.largest =
@@ -397,57 +402,38 @@ Result<void> checkAlike(const Volume& first, const Volume& other) {
   }
   for (const char axis : {'x', 'y', 'z'}) {
     if (other.size(axis) == first.size(axis)) continue;
-    return invalid(fmt::format("has {} samples along {}, the first frame {}", other.size(axis),
-                               axis, first.size(axis)),
+    const bool more = other.size(axis) > first.size(axis);
+    return invalid(fmt::format("has {} samples along {}, {} {} than the first frame ({}), which "
+                               "has {}",
+                               other.size(axis), axis,
+                               more ? other.size(axis) - first.size(axis)
+                                    : first.size(axis) - other.size(axis),
+                               more ? "more" : "fewer", first.where, first.size(axis)),
                    other.where);
   }
   if (other.type != first.type) {
-    return invalid(fmt::format("has samples of type {}, the first frame {}", nameOf(other.type),
-                               nameOf(first.type)),
+    return invalid(fmt::format("has samples of type {}, the first frame ({}) of type {}",
+                               nameOf(other.type), first.where, nameOf(first.type)),
                    other.where);
   }
   if (other.slope != first.slope || other.intercept != first.intercept) {
-    return invalid(fmt::format("scales its samples by {} and adds {}, the first frame by {} and {}",
-                               other.slope, other.intercept, first.slope, first.intercept),
-                   other.where);
+    return invalid(
+        fmt::format("scales its samples by {} and adds {}, the first frame ({}) by {} "
+                    "and {}",
+                    other.slope, other.intercept, first.where, first.slope, first.intercept),
+        other.where);
   }
   if (other.lengthUnit != first.lengthUnit || other.timeUnit != first.timeUnit) {
-    return invalid(fmt::format("has the units '{}' and '{}', the first frame '{}' and '{}'",
-                               other.lengthUnit, other.timeUnit, first.lengthUnit, first.timeUnit),
+    return invalid(fmt::format("has the units '{}' and '{}', the first frame ({}) '{}' and '{}'",
+                               other.lengthUnit, other.timeUnit, first.where, first.lengthUnit,
+                               first.timeUnit),
                    other.where);
   }
-  if (other.place != first.place || other.space != first.space) {
-    return invalid("is placed elsewhere in space than the first frame", other.where);
+  if (other.space != first.space) {
+    return invalid(fmt::format("has positions in the space '{}', the first frame ({}) in '{}'",
+                               other.space, first.where, first.space),
+                   other.where);
   }
-  return {};
-}
-
-/// The samples of all dimensions are there, as far as sizes of files tell.
-Result<void> checkSizes(const Volume& volume) {
-  const auto bytes = bytesOfSamples(volume);
-  if (!bytes) return bytes.error();
-  for (const SampleData& data : volume.data) {
-    const auto opened = openSamples(data, volume.type, data.begin + *bytes / volume.data.size());
-    if (!opened) return ofData(opened.error(), volume, data);
-  }
-  return {};
-}
-
-/// Leaves of a volume what is to be read, and of its own frames `frames`.
-Result<void> crop(Volume& volume, const std::array<IndexRange, 3>& region, const Extent& frames) {
-  std::map<char, Extent> read = {{'t', frames}};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const char name = "xyz"[axis];
-    const auto extent = extentOf(region[axis], name, volume.size(name), volume.where);
-    if (!extent) return extent.error();
-    read[name] = *extent;
-  }
-  for (std::size_t i = 0; i < volume.axes.size(); ++i) {
-    const Extent& extent = read[volume.axes[i]];
-    volume.stored.push_back({volume.sizes[i], extent.begin});
-    volume.sizes[i] = extent.count;
-  }
-  if (volume.data.size() > 1) keep(volume.data, frames);
   return {};
 }
 
@@ -481,13 +467,89 @@ Result<model::Affine3x4> placeOf(const Volume& volume, const VolumeOptions& opti
   return place;
 }
 
-/// Of the frames that are read, of all.
-Result<std::vector<double>> timesOf(const Volume& first, const Extent& frames,
-                                    const VolumeOptions& options) {
+/// Where two places of `size` samples differ most, for a message.
+std::string differenceOf(const model::Affine3x4& first, const model::Affine3x4& other,
+                         const Eigen::Vector3d& size) {
+  constexpr std::array<std::string_view, 4> kParts = {"voxel edge along x", "voxel edge along y",
+                                                      "voxel edge along z", "first sample"};
+  int most = 3;
+  const auto shift = [&](int column) {
+    return (other.col(column) - first.col(column)).norm() * (column < 3 ? size[column] : 1);
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    if (shift(axis) > shift(most)) most = axis;
+  }
+  const auto text = [&](const model::Affine3x4& place) {
+    return fmt::format("({}, {}, {})", place(0, most), place(1, most), place(2, most));
+  };
+  return fmt::format("its {} is {}, that of the first frame {}", kParts[most], text(other),
+                     text(first));
+}
+
+/// Fails if samples of a file are elsewhere in space than those of the first frame.
+Result<void> checkSamePlace(const Volume& first, const Volume& other,
+                            const VolumeOptions& options) {
+  const auto expected = placeOf(first, options);
+  if (!expected) return expected.error();
+  const auto found = placeOf(other, options);
+  if (!found) return found.error();
+  Eigen::Vector3d last;
+  for (int axis = 0; axis < 3; ++axis) {
+    last[axis] = static_cast<double>(first.size("xyz"[axis]) - 1);
+  }
+  const double apart = voxelsApart(*expected, *found, Eigen::Vector3d::Zero(), last);
+  if (apart <= kSamePlace) return {};
+  return invalid(
+      fmt::format("is placed elsewhere in space than the first frame ({}): a corner of its samples "
+                  "is {:.4g} voxels away from there; up to {} are taken for rounding; {}",
+                  first.where, apart, kSamePlace, differenceOf(*expected, *found, last)),
+      other.where);
+}
+
+/// The samples of all dimensions are there, as far as sizes of files tell.
+Result<void> checkSizes(const Volume& volume) {
+  const auto bytes = bytesOfSamples(volume);
+  if (!bytes) return bytes.error();
+  for (const SampleData& data : volume.data) {
+    const auto opened = openSamples(data, volume.type, data.begin + *bytes / volume.data.size());
+    if (!opened) return ofData(opened.error(), volume, data);
+  }
+  return {};
+}
+
+/// Leaves of a volume what is to be read, and of its own frames `frames`.
+Result<void> crop(Volume& volume, const std::array<IndexRange, 3>& region, const Extent& frames) {
+  std::map<char, Extent> read = {{'t', frames}};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const char name = "xyz"[axis];
+    const auto extent = extentOf(region[axis], name, volume.size(name), volume.where);
+    if (!extent) return extent.error();
+    read[name] = *extent;
+  }
+  for (std::size_t i = 0; i < volume.axes.size(); ++i) {
+    const Extent& extent = read[volume.axes[i]];
+    volume.stored.push_back({volume.sizes[i], extent.begin});
+    volume.sizes[i] = extent.count;
+  }
+  if (volume.data.size() > 1) keep(volume.data, frames);
+  return {};
+}
+
+/// Of the frames that are read, of all `frameCount` of the files.
+Result<std::vector<double>> timesOf(const Volume& first, std::uint64_t frameCount,
+                                    const Extent& frames, const VolumeOptions& options) {
   const std::uint64_t count = frames.count;
   if (count > kMaxFrames) {
     return invalid(fmt::format("has {} frames; at most {} are allowed", count, kMaxFrames),
                    first.where);
+  }
+  if (!options.times.empty()) {
+    if (auto good = checkFrameTimes(options.times, frameCount); !good) {
+      return invalid(good.error().message, first.where);
+    }
+    std::vector<double> times = options.times;
+    keep(times, frames);
+    return times;
   }
   const auto step =
       options.frameTime ? options.frameTime : std::optional(first.frameTime.value_or(1));
@@ -563,9 +625,6 @@ Result<VolumeFrames> openVolumeFrames(std::span<const fs::path> inputs,
     volumes.push_back(std::move(*series));
     files.clear();
   }
-  std::ranges::stable_sort(files, [](const fs::path& a, const fs::path& b) {
-    return naturallyLess(a.string(), b.string());
-  });
   if (inputs.empty()) return invalid("no frames: no file is given");
   for (const fs::path& file : files) {
     const Row* row = rowOf(file);
@@ -576,6 +635,7 @@ Result<VolumeFrames> openVolumeFrames(std::span<const fs::path> inputs,
     if (files.size() > 1) {
       const Volume& first = volumes.empty() ? *volume : volumes.front();
       if (auto alike = checkAlike(first, *volume); !alike) return alike.error();
+      if (auto same = checkSamePlace(first, *volume, options); !same) return same.error();
     }
     volumes.push_back(std::move(*volume));
   }
@@ -604,12 +664,17 @@ Result<VolumeFrames> openVolumeFrames(std::span<const fs::path> inputs,
   if (!rule) return rule.error();
   const auto place = placeOf(first, options);
   if (!place) return place.error();
-  auto times = timesOf(first, frames, options);
+  auto times = timesOf(first, count, frames, options);
   if (!times) return times.error();
 
   VolumeFrames opened;
   opened.space = first.space;
   opened.notice = first.notice;
+  for (const char axis : {'x', 'y', 'z'}) {
+    const bool isUnsized = first.unsized.find(axis) != std::string::npos && first.size(axis) > 1;
+    if (isUnsized && !options.spacing) opened.unsized += axis;
+  }
+  opened.assumedAxes = first.assumedAxes;
   opened.sizes = {first.size('x'), first.size('y'), first.size('z')};
   opened.takenAsDistances = !rule->mask && !options.iso;
   opened.lengthUnit = first.lengthUnit;

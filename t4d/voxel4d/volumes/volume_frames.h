@@ -41,11 +41,17 @@ struct VolumeOptions {
   /// Samples above this are inside. Without it, and without `label`, floats below zero are inside
   /// (level sets), and bools that are true.
   std::optional<double> iso = {};
+  bool below = false;  ///< with `iso`: samples below it are inside, not above
+  /// Samples of this value are no data and lie outside, like everything beyond the samples. NaN
+  /// stands for all samples that are not numbers. Not with `label` and not for bools.
+  std::optional<double> outside = {};
   /// Samples of exactly this value are inside; their surface lies at the midpoints.
   std::optional<std::int64_t> label = {};
   /// Time between two frames; overrides what the file says.
   std::optional<double> frameTime = {};
   std::optional<double> startTime = {};  ///< of the first frame; overrides what the file says
+  /// The time of each frame of the files, increasing; overrides all of these. Empty for none.
+  std::vector<double> times = {};
   /// Edge lengths of a voxel, along the axes of the file, and position of the first sample;
   /// they override what the file says.
   std::optional<std::array<double, 3>> spacing = {};
@@ -78,17 +84,23 @@ struct VolumeFrames {
   /// "LPS"; "" if the file does not say. NRRD's left-handed spaces are mirrored, which `notice`
   /// says.
   std::string space;
-  std::string notice;      ///< "" for nothing
+  std::string notice;  ///< "" for nothing
+  /// Axes of x, y and z along which nothing says how large a voxel is: it is taken as 1.
+  std::string unsized;
+  /// The axes of the data in the order in which they are taken, as "txyz", if nothing names them.
+  std::string assumedAxes;
   std::string lengthUnit;  ///< "" if the file does not say
   std::string timeUnit;
 };
 
-/// Frames from volumes: one file with an axis of time, or several of a frame each, in natural order
-/// of their names, or from one series of DICOM images (volumes/dicom_series.h), files or their
+/// Frames from volumes: one file with an axis of time, or several of a frame each, in the order
+/// given, or from one series of DICOM images (volumes/dicom_series.h), files or their
 /// folder, or from Zarr (volumes/zarr.h). Everything beyond the samples is outside. A frame is read
 /// when it is requested, and then is in memory as float, or as double if its samples are wider than
 /// that or scaled. A file in which time is not the slowest axis is read at once, into a temporary
-/// file of the size of its samples. Without a time between frames they are 1 apart.
+/// file of the size of its samples. Without a time between frames they are 1 apart. Files of a
+/// frame each may place it differently by rounding (kSamePlace); all are taken to be where the
+/// first is.
 ///
 /// These are errors that name the file: what its header says is damaged, contradicts the size of
 /// the file, or is beyond what is read (volumes/headers.h); integers with neither `iso` nor

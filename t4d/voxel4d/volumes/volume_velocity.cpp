@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "t4d/voxel4d/same_place.h"
 #include "t4d/voxel4d/sample_box.h"
 
 namespace t4d::voxel4d {
@@ -75,6 +76,10 @@ class VolumeVelocity : public VelocitySource {
   Eigen::Matrix3d toLattice_;
 };
 
+model::Affine3x4 placeOf(const VolumeFrames& frames) {
+  return frames.toSpace.value_or(frames.frames->lattice().place());
+}
+
 Result<void> checkAlike(const VolumeFrames& component, const VolumeFrames& frames) {
   const Place where = component.frames->placeOf(0);
   const auto shape = [](const VolumeFrames& volume) {
@@ -87,11 +92,15 @@ Result<void> checkAlike(const VolumeFrames& component, const VolumeFrames& frame
                                shape(frames)),
                    where);
   }
-  if (component.toSpace != frames.toSpace ||
-      component.frames->lattice() != frames.frames->lattice()) {
-    return invalid("has velocities at other positions than the samples of the solid", where);
-  }
-  return {};
+  Eigen::Vector3d last;
+  for (int axis = 0; axis < 3; ++axis) last[axis] = static_cast<double>(frames.sizes[axis] - 1);
+  const double apart =
+      voxelsApart(placeOf(frames), placeOf(component), Eigen::Vector3d::Zero(), last);
+  if (apart <= kSamePlace) return {};
+  return invalid(fmt::format("has velocities at other positions than the samples of the solid: a "
+                             "corner is {:.4g} voxels away; up to {} are taken for rounding",
+                             apart, kSamePlace),
+                 where);
 }
 
 }  // namespace
@@ -115,6 +124,7 @@ Result<std::unique_ptr<VelocitySource>> openVolumeVelocity(std::span<const fs::p
   how.valuesAlone = true;
   how.iso.reset();
   how.label.reset();
+  how.outside.reset();
   std::array<VolumeFrames, 3> components;
   for (std::uint32_t axis = 0; axis < 3; ++axis) {
     if (files.size() == 1) how.channel = axis;
@@ -123,10 +133,7 @@ Result<std::unique_ptr<VelocitySource>> openVolumeVelocity(std::span<const fs::p
     if (auto alike = checkAlike(*opened, frames); !alike) return alike.error();
     components[axis] = std::move(*opened);
   }
-  const Eigen::Matrix3d toSpace =
-      frames.toSpace
-          ? Eigen::Matrix3d(frames.toSpace->leftCols<3>())
-          : Eigen::Matrix3d(frames.frames->lattice().voxelSize * Eigen::Matrix3d::Identity());
+  const Eigen::Matrix3d toSpace = placeOf(frames).leftCols<3>();
   return std::make_unique<VolumeVelocity>(std::move(components), toSpace.inverse());
 }
 

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "t4d/voxel4d/volumes/header_text.h"
+#include "t4d/voxel4d/volumes/unit_names.h"
 #include "t4d/voxel4d/volumes/zarr.h"
 #include "t4d/voxel4d/volumes/zarr_samples.h"
 
@@ -19,7 +20,10 @@ using nlohmann::json;
 
 /// What an image says of its axes and where its samples are.
 struct ZarrImage {
-  std::string axes;  ///< x, y, z, t or c for each axis of its arrays
+  std::string axes;          ///< x, y, z, t or c for each axis of its arrays
+  bool axesAssumed = false;  ///< the array does not name them, and neither does the caller
+  /// Whether each axis has a scale in a unit. One of 1 without a unit says nothing.
+  std::vector<bool> scaled;
   std::vector<double> scale;
   std::vector<double> translation;
   std::string lengthUnit;
@@ -55,30 +59,6 @@ bool areUsable(const std::string& axes) {
 }
 
 // OME-Zarr --------------------------------------------------------------------------------------
-
-/// "um" for a micrometer, "s" for a second; others as they are.
-std::string axisUnitOf(const std::string& name) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 14> kUnits = {{
-      {"angstrom", "angstrom"},
-      {"nanometer", "nm"},
-      {"micrometer", "um"},
-      {"millimeter", "mm"},
-      {"centimeter", "cm"},
-      {"meter", "m"},
-      {"kilometer", "km"},
-      {"nanosecond", "ns"},
-      {"microsecond", "us"},
-      {"millisecond", "ms"},
-      {"second", "s"},
-      {"minute", "min"},
-      {"hour", "h"},
-      {"day", "d"},
-  }};
-  for (const auto& [known, unit] : kUnits) {
-    if (name == known) return std::string(unit);
-  }
-  return shown(name);
-}
 
 /// Reads the multiscales of one group.
 class OmeReader {
@@ -132,13 +112,19 @@ class OmeReader {
   Result<void> place(const json& level, ZarrImage& image) const {
     image.scale.assign(image.axes.size(), 1);
     image.translation.assign(image.axes.size(), 0);
+    bool hasScale = false;
     for (const json* from : {&level, &image_}) {
       const json& list = memberOf(*from, "coordinateTransformations");
       if (list.is_null()) continue;
       if (!list.is_array()) return wrong("coordinateTransformations", list);
       for (const json& one : list) {
         if (auto done = apply(one, image); !done) return done;
+        hasScale = hasScale || textOf(memberOf(one, "type")) == "scale";
       }
+    }
+    for (std::size_t axis = 0; axis < image.axes.size(); ++axis) {
+      const std::string& unit = image.axes[axis] == 't' ? image.timeUnit : image.lengthUnit;
+      image.scaled.push_back(hasScale && (!unit.empty() || image.scale[axis] != 1));
     }
     return {};
   }
@@ -146,7 +132,7 @@ class OmeReader {
  private:
   Result<void> readUnits(const json& axes, ZarrImage& image) const {
     for (std::size_t i = 0; i < axes.size(); ++i) {
-      const std::string unit = axisUnitOf(textOf(memberOf(axes[i], "unit")));
+      const std::string unit = shown(unitNamed(textOf(memberOf(axes[i], "unit"))));
       if (unit.empty() || image.axes[i] == 'c') continue;
       std::string& known = image.axes[i] == 't' ? image.timeUnit : image.lengthUnit;
       if (!known.empty() && known != unit) {
@@ -197,8 +183,9 @@ class OmeReader {
 
 // Arrays ----------------------------------------------------------------------------------------
 
-/// Axes of an array that is alone: those given, those it names, or as of a .npy file.
-Result<std::string> axesOfArray(const ZarrNode& node, std::string_view given) {
+/// Axes of an array that is alone: those given, those it names, or, which `assumed` says, as of a
+/// .npy file.
+Result<std::string> axesOfArray(const ZarrNode& node, std::string_view given, bool& assumed) {
   const ZarrArray& array = *node.array;
   const std::size_t count = array.shape.size();
   if (!given.empty()) {
@@ -217,6 +204,7 @@ Result<std::string> axesOfArray(const ZarrNode& node, std::string_view given) {
     if (const char axis = axisNamed(name)) axes += axis;
   }
   if (axes.size() == count && areUsable(axes)) return axes;
+  assumed = true;
   if (count == 4) return std::string("txyz");
   if (count == 3) return std::string("xyz");
   return cannotTellAxes(fmt::format("of a shape {}", fmt::join(array.shape, " x ")), node.where);
@@ -312,13 +300,16 @@ Result<Volume> volumeOf(std::shared_ptr<ZarrSamples> samples, const ZarrImage& i
   for (std::size_t i = 0; i < image.scale.size(); ++i) {
     const char axis = image.axes[i];
     if (axis == 't') {
-      volume.frameTime = image.scale[i];
+      if (image.scaled[i]) volume.frameTime = image.scale[i];
       volume.startTime = image.translation[i];
     } else if (axis != 'c') {
+      if (!image.scaled[i]) volume.unsized += axis;
       volume.place(axis - 'x', axis - 'x') = image.scale[i];
       volume.place(axis - 'x', 3) = image.translation[i];
     }
   }
+  if (image.scale.empty()) volume.unsized = "xyz";
+  if (image.axesAssumed) volume.assumedAxes = samples->axes;
   volume.lengthUnit = image.lengthUnit;
   volume.timeUnit = image.timeUnit;
   SampleData data{.path = path};
@@ -408,12 +399,18 @@ Announced announcedBy(const Volume& volume) {
   return announced;
 }
 
-/// The first image of a group; null if it has none.
-const json& imageOf(const ZarrNode& group) {
+/// The images of a group; null or something else if it has none.
+const json& imagesOf(const ZarrNode& group) {
   const json& ome = memberOf(group.attributes, "ome");
-  const json& images = memberOf(ome.is_object() ? ome : group.attributes, "multiscales");
-  static const json kNone;
-  return images.is_array() && !images.empty() ? images[0] : kNone;
+  return memberOf(ome.is_object() ? ome : group.attributes, "multiscales");
+}
+
+/// The first of several images; "" if it is the only one.
+std::string firstOfImages(const json& images) {
+  if (images.size() < 2) return {};
+  const std::string name = textOf(memberOf(images[0], "name"));
+  return fmt::format("holds {} images (multiscales), of which the first{} is used", images.size(),
+                     name.empty() ? "" : fmt::format(", '{}',", shown(name)));
 }
 
 }  // namespace
@@ -483,7 +480,8 @@ Result<Volume> readZarr(const fs::path& path, const ZarrChoice& choice,
     return invalid("has none of zarr.json, .zarray, .zgroup and .zattrs, so it is no Zarr", name);
   }
   if ((*node)->array) {
-    const auto axes = axesOfArray(**node, choice.axes);
+    ZarrImage alone;
+    const auto axes = axesOfArray(**node, choice.axes, alone.axesAssumed);
     if (!axes) return axes.error();
     if (!areUsable(*axes)) return cannotTellAxes("'" + *axes + "'", (*node)->where);
     if (choice.level > 0) {
@@ -493,10 +491,17 @@ Result<Volume> readZarr(const fs::path& path, const ZarrChoice& choice,
     samples->store = *store;
     samples->array = *(*node)->array;
     samples->axes = *axes;
-    return volumeOf(std::move(samples), {}, choice.channel, (*node)->where, path);
+    return volumeOf(std::move(samples), alone, choice.channel, (*node)->where, path);
   }
-  const json& image = imageOf(**node);
-  if (image.is_object()) return readPyramid(*store, **node, image, choice, path);
+  const json& images = imagesOf(**node);
+  if (images.is_array() && !images.empty() && images[0].is_object()) {
+    auto volume = readPyramid(*store, **node, images[0], choice, path);
+    const std::string first = firstOfImages(images);
+    if (volume && !first.empty()) {
+      volume->notice = first + (volume->notice.empty() ? "" : "; " + volume->notice);
+    }
+    return volume;
+  }
   return invalid(
       fmt::format("is a group without an image (multiscales); name an image or an array in it, as "
                   "{}/0",
