@@ -4,6 +4,7 @@
 #include <charconv>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -36,22 +37,19 @@ std::optional<Numbered> numbered(const std::filesystem::path& path) {
 
 }  // namespace
 
-Result<std::vector<std::filesystem::path>> inNumberOrder(
-    std::span<const std::filesystem::path> files) {
+Result<void> checkNumbers(std::span<const std::filesystem::path> files) {
   std::vector<Numbered> series;
   for (const auto& file : files) {
     auto found = numbered(file);
     const bool alike = found && (series.empty() || (found->before == series.front().before &&
                                                     found->behind == series.front().behind));
-    if (!alike) return std::vector(files.begin(), files.end());
+    if (!alike) return {};
     series.push_back(std::move(*found));
   }
-  std::ranges::stable_sort(series, {}, &Numbered::number);
-  std::vector<std::filesystem::path> ordered;
-  for (std::size_t i = 0; i < series.size(); ++i) {
+  if (!std::ranges::is_sorted(series, {}, &Numbered::number)) return {};
+  for (std::size_t i = 1; i < series.size(); ++i) {
     const Numbered& next = series[i];
-    ordered.push_back(next.path);
-    if (i == 0 || next.number == series[i - 1].number + 1) continue;
+    if (next.number == series[i - 1].number + 1) continue;
     const std::string before = series[i - 1].path.filename().string();
     if (next.number == series[i - 1].number) {
       return invalid(fmt::format("has the same number as {}", before), next.path.string());
@@ -61,7 +59,7 @@ Result<std::vector<std::filesystem::path>> inNumberOrder(
                                before, series[i - 1].number + 1),
                    next.path.string());
   }
-  return ordered;
+  return {};
 }
 
 }  // namespace t4d::formats

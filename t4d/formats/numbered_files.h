@@ -2,16 +2,14 @@
 
 #include <filesystem>
 #include <span>
-#include <vector>
 
 #include "t4d/model/error.h"
 
 namespace t4d::formats {
 
-/// Puts the files of a numbered series, frame_2.obj and frame_10.obj, in the order of their
-/// numbers: the last digits of their names. Files whose names are not alike but for a number stay
-/// in the order given. Fails where a number is missing or comes twice.
-Result<std::vector<std::filesystem::path>> inNumberOrder(
-    std::span<const std::filesystem::path> files);
+/// Fails if a number is missing, or comes twice, in a numbered series: files such as frame_2.obj
+/// and frame_3.obj, whose names are alike but for their last digits and whose numbers do not
+/// decrease. Files in any other order are not a series.
+Result<void> checkNumbers(std::span<const std::filesystem::path> files);
 
 }  // namespace t4d::formats

@@ -11,6 +11,7 @@
 #include "t4d/formats/animation/mesh_steps.h"
 #include "t4d/formats/animation/pc2_reader.h"
 #include "t4d/formats/file_extension.h"
+#include "t4d/formats/numbered_files.h"
 #include "t4d/formats/triangle/triangle_mesh_formats.h"
 
 namespace t4d::formats {
@@ -129,6 +130,7 @@ bool isPointCache(const std::filesystem::path& path) { return isOneOf(pointCache
 
 Result<LoadedDeformation> readMeshSeries(std::span<const std::filesystem::path> files,
                                          const KeyTimes& times) {
+  if (auto whole = checkNumbers(files); !whole) return whole.error();
   auto series = meshSteps(files);
   if (!series) return series.error();
   std::vector<double> own;

@@ -30,9 +30,9 @@ struct KeyTimes {
 };
 
 /// Reads meshes of the same triangles, one key each: those that a collection (.pvd) lists, in the
-/// order of their times, or files in the order of their numbers (inNumberOrder). One mesh besides
-/// the first is in memory at a time; all others are read when their key is asked for, and fail then
-/// if they are no mesh of the same points and faces.
+/// order of their times, or files in the order given. One mesh besides the first is in memory at a
+/// time; all others are read when their key is asked for, and fail then if they are no mesh of the
+/// same points and faces. Also fails if checkNumbers does.
 Result<LoadedDeformation> readMeshSeries(std::span<const std::filesystem::path> files,
                                          const KeyTimes& times);
 

@@ -10,7 +10,6 @@
 #include <fmt/format.h>
 
 #include "t4d/formats/file_extension.h"
-#include "t4d/formats/numbered_files.h"
 #include "t4d/formats/text/text_scanner.h"
 #include "t4d/formats/triangle/mesh_builder.h"
 #include "t4d/formats/triangle/triangle_mesh_formats.h"
@@ -101,11 +100,9 @@ Result<MeshSteps> stepsOfFiles(std::span<const fs::path> files) {
     if (!isCollection(file)) continue;
     return invalid("a collection is given alone: it lists the meshes", file.string());
   }
-  auto ordered = inNumberOrder(files);
-  if (!ordered) return ordered.error();
   MeshSteps all;
-  for (fs::path& file : *ordered) {
-    all.steps.push_back({static_cast<double>(all.steps.size()), {std::move(file)}});
+  for (const fs::path& file : files) {
+    all.steps.push_back({static_cast<double>(all.steps.size()), {file}});
   }
   return all;
 }

@@ -27,10 +27,10 @@ std::vector<system::FileFormat> collectionFormats();
 /// True for the name of a .pvd file.
 bool isCollection(const std::filesystem::path& path);
 
-/// The steps of a single collection in the order of their times, or of mesh files in that of their
-/// numbers (inNumberOrder). Fails if there are fewer than two, and for a collection with another
-/// mistake, or a file that is missing, no triangle mesh by its extension, or not in the folder of
-/// the collection or below.
+/// The steps of a single collection in the order of their times, or of mesh files in the order
+/// given. Fails if there are fewer than two, and for a collection with another mistake, or a file
+/// that is missing, no triangle mesh by its extension, or not in the folder of the collection or
+/// below.
 Result<MeshSteps> meshSteps(std::span<const std::filesystem::path> files);
 
 /// Reads the mesh of a step. Several parts become one mesh as the pieces of a file do: points with
