@@ -60,9 +60,9 @@ SolidMeasures measuresOf(const model::TriangleMesh& mesh) {
   return made;
 }
 
-Result<std::vector<SolidMeasures>> measuresAt(std::span<const model::Body> bodies,
-                                              std::span<const double> times,
-                                              const model::Progress& progress) {
+Result<std::vector<std::vector<SolidMeasures>>> measuresOfEach(std::span<const model::Body> bodies,
+                                                               std::span<const double> times,
+                                                               const model::Progress& progress) {
   const model::TimeSpan span = model::timeSpanOf(bodies);
   for (const double time : times) {
     if (model::timeWithin(span, time)) continue;
@@ -75,7 +75,11 @@ Result<std::vector<SolidMeasures>> measuresAt(std::span<const model::Body> bodie
   std::ranges::stable_sort(order, {}, [&](std::size_t i) { return times[i]; });
   constexpr std::size_t kRun = 8;
   const std::size_t runs = (times.size() + kRun - 1) / kRun;
-  std::vector<SolidMeasures> measures(times.size());
+  std::vector<std::vector<SolidMeasures>> measures(bodies.size());
+  for (auto& ofBody : measures) {
+    ofBody.resize(times.size());
+    for (std::size_t i = 0; i < times.size(); ++i) ofBody[i].time = times[i];
+  }
   std::vector<Result<void>> outcomes(runs);
   std::atomic<std::size_t> done = 0;
   tbb::parallel_for(
@@ -83,22 +87,22 @@ Result<std::vector<SolidMeasures>> measuresAt(std::span<const model::Body> bodie
       [&](std::size_t run) {
         const auto own =
             std::span(order).subspan(run * kRun, std::min(kRun, order.size() - run * kRun));
-        for (const std::size_t i : own) measures[i].time = times[i];
-        for (const model::Body& body : bodies) {
+        for (std::size_t b = 0; b < bodies.size(); ++b) {
+          const model::Source& source = *bodies[b].source;
           std::vector<std::size_t> there;
           std::vector<double> at;
           for (const std::size_t i : own) {
-            if (!model::timeWithin(*body.source, times[i])) continue;
+            if (!model::timeWithin(source, times[i])) continue;
             there.push_back(i);
             at.push_back(times[i]);
           }
-          const auto slices = slice::sliceAtTimes(*body.source, at);
+          const auto slices = slice::sliceAtTimes(source, at);
           for (std::size_t k = 0; k < there.size(); ++k) {
             if (!slices[k]) {
               outcomes[run] = slices[k].error();
               return;
             }
-            measures[there[k]].add(measuresOf(slices[k]->mesh));
+            measures[b][there[k]].add(measuresOf(slices[k]->mesh));
           }
         }
         done += own.size();
@@ -109,6 +113,23 @@ Result<std::vector<SolidMeasures>> measuresAt(std::span<const model::Body> bodie
     if (!outcome) return outcome.error();
   }
   return measures;
+}
+
+std::vector<SolidMeasures> addedUp(std::span<const std::vector<SolidMeasures>> bodies) {
+  std::vector<SolidMeasures> sums(bodies.empty() ? 0 : bodies.front().size());
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    sums[i].time = bodies.front()[i].time;
+    for (const auto& body : bodies) sums[i].add(body[i]);
+  }
+  return sums;
+}
+
+Result<std::vector<SolidMeasures>> measuresAt(std::span<const model::Body> bodies,
+                                              std::span<const double> times,
+                                              const model::Progress& progress) {
+  const auto each = measuresOfEach(bodies, times, progress);
+  if (!each) return each.error();
+  return addedUp(*each);
 }
 
 }  // namespace t4d::measure

@@ -28,10 +28,17 @@ struct SolidMeasures {
 /// Of a closed triangle mesh that faces outward; `time` is 0.
 SolidMeasures measuresOf(const model::TriangleMesh& mesh);
 
-/// The solid of all bodies that exist at each of `times`, which may be in any order; between the
-/// bodies, when none exists, that of nothing. Several times are sliced at once, one on each thread,
-/// which has a slab in memory. Fails for a time before the first body or after the last, and if
-/// slicing does.
+/// Each body at each of `times`, which may be in any order; that of nothing when it does not exist.
+/// Several times are sliced at once, one on each thread, which has a slab in memory. Fails for a
+/// time before the first body or after the last, and if slicing does.
+Result<std::vector<std::vector<SolidMeasures>>> measuresOfEach(
+    std::span<const model::Body> bodies, std::span<const double> times,
+    const model::Progress& progress = {});
+
+/// The solids of several bodies at the same times as one (SolidMeasures::add).
+std::vector<SolidMeasures> addedUp(std::span<const std::vector<SolidMeasures>> bodies);
+
+/// Both: the solid of all bodies that exist at each of `times`.
 Result<std::vector<SolidMeasures>> measuresAt(std::span<const model::Body> bodies,
                                               std::span<const double> times,
                                               const model::Progress& progress = {});

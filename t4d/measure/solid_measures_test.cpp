@@ -97,15 +97,39 @@ TEST(SolidMeasures, FollowFieldsWhoseTopologyChanges) {
   }
 }
 
+model::Mesh rest(const model::TriangleMesh& solid, double begin, double duration = 1) {
+  model::ScrewRun run;
+  run.duration = duration;
+  model::Mesh mesh;
+  EXPECT_TRUE(mesh4d::sweep(solid, *model::chainScrews(begin, {&run, 1}),
+                            {mesh4d::StepsPerSegment{3}, mesh4d::CapMethod::Cone}, mesh));
+  return mesh;
+}
+
+TEST(SolidMeasures, OfEachBodyAddUpToThoseOfAll) {
+  const model::Mesh early = rest(fixtures::cube(1), 0, 2);
+  const model::Mesh late = rest(fixtures::cube(2), 1, 2);
+  const std::vector<model::Body> bodies = {{"early", &early}, {"late", &late}};
+  const std::vector<double> times = {2.5, 0.5, 1.5};
+  const auto each = measuresOfEach(bodies, times);
+  const auto all = measuresAt(bodies, times);
+  ASSERT_TRUE(each && all);
+  ASSERT_EQ(each->size(), 2U);
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const SolidMeasures& first = (*each)[0][i];
+    const SolidMeasures& second = (*each)[1][i];
+    EXPECT_EQ(first.time, times[i]);
+    EXPECT_EQ(second.time, times[i]);
+    // A body that does not exist has nothing.
+    EXPECT_EQ(first.components, times[i] < 2 ? 1U : 0U);
+    EXPECT_EQ(second.components, times[i] > 1 ? 1U : 0U);
+    EXPECT_EQ((*all)[i].components, first.components + second.components);
+    EXPECT_EQ((*all)[i].volume, first.volume + second.volume);
+  }
+  EXPECT_FALSE(measuresOfEach(bodies, std::vector<double>{3.5}));
+}
+
 TEST(SolidMeasures, OfSeveralBodiesAreThoseThatExist) {
-  const auto rest = [](const model::TriangleMesh& solid, double begin) {
-    model::ScrewRun run;
-    run.duration = 1;
-    model::Mesh mesh;
-    EXPECT_TRUE(mesh4d::sweep(solid, *model::chainScrews(begin, {&run, 1}),
-                              {mesh4d::StepsPerSegment{3}, mesh4d::CapMethod::Cone}, mesh));
-    return mesh;
-  };
   const model::Mesh early = rest(fixtures::cube(1), 0);
   const model::Mesh late = rest(fixtures::cube(2), 3);
   const model::Body bodies[] = {{"early", &early}, {"late", &late}};

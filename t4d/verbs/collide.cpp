@@ -9,6 +9,7 @@
 
 #include "t4d/formats/t4d/body_details.h"
 #include "t4d/measure/overlap.h"
+#include "t4d/verbs/csv_field.h"
 #include "t4d/verbs/json_text.h"
 
 namespace t4d::verbs {
@@ -94,14 +95,6 @@ std::string_view nameOf(Verdict verdict) {
       return "within-tolerance";
   }
   return "";
-}
-
-/// A name as a field of a table, in quotes if it needs them (RFC 4180).
-std::string csvField(const std::string& name) {
-  if (name.find_first_of(",\"\r\n") == std::string::npos) return name;
-  std::string field = "\"";
-  for (const char c : name) field += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return field + "\"";
 }
 
 ordered_json jsonOf(const Point3& point) { return {point.x(), point.y(), point.z()}; }
