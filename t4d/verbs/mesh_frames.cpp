@@ -5,8 +5,10 @@
 #include <fmt/format.h>
 
 #include "t4d/formats/animation/mesh_steps.h"
+#include "t4d/formats/numbered_files.h"
 #include "t4d/formats/triangle/triangle_mesh_formats.h"
 #include "t4d/model/times.h"
+#include "t4d/voxel4d/frame_spacing.h"
 #include "t4d/voxel4d/occupancy.h"
 
 namespace t4d::verbs {
@@ -80,11 +82,19 @@ bool isMeshFrame(const std::string& path) {
 Result<MeshFrames> openMeshFrames(const std::vector<std::string>& files,
                                   const MeshFramesOptions& options) {
   const std::vector<std::filesystem::path> paths(files.begin(), files.end());
+  if (options.times.empty()) {
+    if (auto whole = formats::checkNumbers(paths); !whole) return whole.error();
+  }
   auto series = formats::meshSteps(paths);
   if (!series) return series.error();
   const std::string first = series->steps.front().files.front().string();
   std::vector<double> times;
-  if (series->timed && !options.frameTime) {
+  if (!options.times.empty()) {
+    if (auto good = voxel4d::checkFrameTimes(options.times, series->steps.size()); !good) {
+      return invalid(good.error().message, first);
+    }
+    times = options.times;
+  } else if (series->timed && !options.frameTime) {
     for (const formats::MeshStep& step : series->steps) times.push_back(step.time);
   } else {
     const double step = options.frameTime.value_or(1);
@@ -96,7 +106,7 @@ Result<MeshFrames> openMeshFrames(const std::vector<std::string>& files,
     }
   }
   MeshFrames opened{nullptr, std::make_shared<MeshFramesLog>()};
-  if (!options.frameTime && !series->timed) {
+  if (!options.frameTime && options.times.empty() && !series->timed) {
     opened.log->notices.emplace_back(kMeshesAreOneApart);
   }
   voxel4d::VoxelizeOptions voxels{options.voxelSize};

@@ -35,6 +35,7 @@ struct MeshFramesOptions {
   /// Without it, frames have the times of the collection, or are 1 apart, with a notice.
   std::optional<double> frameTime = {};
   double startTime = 0;
+  std::vector<double> times = {};  ///< one for each mesh, increasing; empty for none
 };
 
 /// Level sets of triangle meshes, a frame each, in the order of formats::meshSteps. A mesh is read

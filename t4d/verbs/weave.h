@@ -30,10 +30,13 @@ struct WeaveReport {
   std::uint64_t bytes = 0;            ///< of the file
   double seconds = 0;                 ///< with opening the frames
   std::string space;                  ///< as voxel4d::VolumeFrames::space
-  std::string spaceNotice;            ///< as voxel4d::VolumeFrames::notice
-  bool oneApart = false;              ///< as voxel4d::FrameSource::isOneApart
-  bool takenAsDistances = false;      ///< as voxel4d::VolumeFrames::takenAsDistances
-  std::vector<std::string> notices;   ///< of the frames, once all have been read
+  std::string unsized;                ///< as voxel4d::VolumeFrames::unsized
+  std::string assumedAxes;            ///< as voxel4d::VolumeFrames::assumedAxes
+  std::string lengthUnit;             ///< of the mesh
+  std::string timeUnit;
+  bool oneApart = false;             ///< as voxel4d::FrameSource::isOneApart
+  bool takenAsDistances = false;     ///< as voxel4d::VolumeFrames::takenAsDistances
+  std::vector<std::string> notices;  ///< of the frames and the files
   std::vector<std::string> losses;
 };
 

@@ -16,6 +16,7 @@
 #include "t4d/system/stopwatch.h"
 #include "t4d/voxel4d/advected_frames.h"
 #include "t4d/voxel4d/vdb_frames.h"
+#include "t4d/voxel4d/volumes/volume_labels.h"
 #include "t4d/voxel4d/volumes/volume_velocity.h"
 
 namespace t4d::verbs {
@@ -80,17 +81,22 @@ std::optional<voxel4d::Region> regionOf(const FrameReading& reading) {
   return *voxel4d::parseRegion(reading.region);
 }
 
-/// What has the label, or is inside without one.
-Result<voxel4d::VolumeFrames> openVolumes(const WeaveInput& input,
-                                          const std::optional<std::int64_t>& label) {
+voxel4d::VolumeOptions volumeOptionsOf(const WeaveInput& input) {
   voxel4d::VolumeOptions options = input.reading.volumes;
-  options.label = label;
   options.region = regionOf(input.reading);
   const auto isUrl = [](const std::string& name) { return !formats::schemeOf(name).empty(); };
   if (std::ranges::any_of(input.files, isUrl) ||
       std::ranges::any_of(input.reading.velocityFiles, isUrl)) {
     options.web = formats::httpFiles();
   }
+  return options;
+}
+
+/// What has the label, or is inside without one.
+Result<voxel4d::VolumeFrames> openVolumes(const WeaveInput& input,
+                                          const std::optional<std::int64_t>& label) {
+  voxel4d::VolumeOptions options = volumeOptionsOf(input);
+  options.label = label;
   auto opened = voxel4d::openVolumeFrames(pathsOf(input.files), options);
   if (opened && !input.reading.velocityFiles.empty()) {
     if (auto done = addFramesInBetween(input, options, *opened); !done) return done.error();
@@ -98,18 +104,39 @@ Result<voxel4d::VolumeFrames> openVolumes(const WeaveInput& input,
   return opened;
 }
 
+/// Says in which order the grids of .vdb files are whose names alone say it.
+void noticeOrderOfNames(WeaveInput& input) {
+  const voxel4d::VolumeOptions& how = input.reading.volumes;
+  const voxel4d::FrameSource& frames = *input.frames.frames;
+  std::error_code ignored;
+  const bool isByName =
+      input.files.size() == 1 || std::ranges::any_of(input.files, [&](const std::string& file) {
+        return std::filesystem::is_directory(file, ignored);
+      });
+  const bool hasOwnTimes = !frames.isOneApart() && !how.frameTime && how.times.empty();
+  if (!isByName || hasOwnTimes) return;
+  const Place first = frames.placeOf(0);
+  const Place last = frames.placeOf(frames.frameCount() - 1);
+  input.notices.push_back(first.file == last.file ? orderNotice(first.text(), last.text())
+                                                  : orderNotice(first.file, last.file));
+}
+
 Result<void> openVdb(WeaveInput& input) {
   const FrameReading& reading = input.reading;
-  const voxel4d::VdbFramesOptions options{reading.volumes.iso,
-                                          reading.volumes.frameTime,
-                                          reading.volumes.startTime.value_or(0),
-                                          regionOf(reading),
-                                          reading.grid,
-                                          reading.velocity,
-                                          reading.velocity.empty() ? 1 : reading.substeps};
+  voxel4d::VdbFramesOptions options;
+  options.iso = reading.volumes.iso;
+  options.below = reading.volumes.below;
+  options.frameTime = reading.volumes.frameTime;
+  options.startTime = reading.volumes.startTime.value_or(0);
+  options.times = reading.volumes.times;
+  options.region = regionOf(reading);
+  options.grid = reading.grid;
+  options.velocity = reading.velocity;
+  options.substeps = reading.steps();
   auto frames = voxel4d::openVdbFrames(pathsOf(input.files), options);
   if (!frames) return unreadableFrame(frames.error());
   input.frames.frames = std::move(*frames);
+  noticeOrderOfNames(input);
   return {};
 }
 
@@ -118,18 +145,33 @@ Result<void> openMeshes(WeaveInput& input) {
   if (!reading.voxelSize) {
     return fail(ErrorCode::Options, "triangle meshes need the edge length of a voxel");
   }
-  auto opened = openMeshFrames(input.files, {*reading.voxelSize, reading.volumes.frameTime,
-                                             reading.volumes.startTime.value_or(0)});
+  auto opened =
+      openMeshFrames(input.files, {*reading.voxelSize, reading.volumes.frameTime,
+                                   reading.volumes.startTime.value_or(0), reading.volumes.times});
   if (!opened) return opened.error();
   input.meshes = std::move(opened->log);
   input.frames.frames = std::move(opened->frames);
   return {};
 }
 
+std::string noticeOfLabels(const std::vector<std::int64_t>& labels) {
+  constexpr std::size_t kMostNamed = 20;
+  const std::span named = std::span(labels).first(std::min(labels.size(), kMostNamed));
+  return fmt::format("found {}, each a body: {}{}; 0 is the background",
+                     model::counted(labels.size(), "label"), fmt::join(named, ", "),
+                     labels.size() > kMostNamed ? ", ..." : "");
+}
+
 Result<void> openKind(FrameKind kind, WeaveInput& input) {
   if (kind != FrameKind::Volumes) input.reading.labels.clear();
   if (kind == FrameKind::Meshes) return openMeshes(input);
   if (kind == FrameKind::Vdb) return openVdb(input);
+  if (input.reading.allLabels) {
+    auto found = voxel4d::labelsOf(pathsOf(input.files), volumeOptionsOf(input));
+    if (!found) return found.error();
+    input.reading.labels = std::move(*found);
+    input.notices.push_back(noticeOfLabels(input.reading.labels));
+  }
   const auto& labels = input.reading.labels;
   auto opened = openVolumes(
       input, labels.empty() ? std::nullopt : std::optional<std::int64_t>(labels.front()));
@@ -139,6 +181,11 @@ Result<void> openKind(FrameKind kind, WeaveInput& input) {
 }
 
 }  // namespace
+
+std::string orderNotice(const std::string& first, const std::string& last) {
+  return fmt::format("frames are in the order of the numbers in their names, from {} to {}", first,
+                     last);
+}
 
 std::string volumeExtensions() {
   return fmt::format("{}", fmt::join(voxel4d::volumeExtensions(), ", "));

@@ -22,6 +22,9 @@ enum class FrameKind : std::uint8_t {
 /// ".nrrd, .nhdr, ...".
 std::string volumeExtensions();
 
+/// The notice that names are what orders frames, with the names of the first and the last.
+std::string orderNotice(const std::string& first, const std::string& last);
+
 /// The kind of all of these files, by their names and the contents of folders. What is neither a
 /// volume nor a mesh is Vdb. Fails for no files, files of several kinds (Options), a folder that
 /// holds volumes and no .vdb file, and a mesh of a format that is only written.
@@ -30,10 +33,12 @@ Result<FrameKind> frameKindOf(std::span<const std::string> files);
 /// How frames are read from files. Options for another kind of frames have no effect.
 struct FrameReading {
   /// How volumes are read, but for `label`, `region` and `web`. Its times are for all kinds of
-  /// frames (the start of .vdb files needs the time between frames), its `iso` for .vdb files, too.
+  /// frames (the start of .vdb files needs the time between frames), its `iso` and `below` for .vdb
+  /// files, too.
   voxel4d::VolumeOptions volumes = {};
   /// Labels of volumes; each is a body. Without any, what is inside is one body.
   std::vector<std::int64_t> labels = {};
+  bool allLabels = false;  ///< all that there are (voxel4d::labelsOf) instead of `labels`
   /// Samples and frames to use, as voxel4d::parseRegion takes them; "" for all. Not with a velocity
   /// and not of meshes.
   std::string region = {};
@@ -60,10 +65,14 @@ struct WeaveInput {
   /// What is found in triangle meshes while frames are requested; null for other frames.
   std::shared_ptr<const MeshFramesLog> meshes = nullptr;
   double seconds = 0;  ///< that opening took
+  /// What was decided about frames before they are read.
+  std::vector<std::string> notices = {};
 };
 
-/// Opens frames, which are read when they are requested. Files are paths or, for Zarr, URLs. Fails
-/// if frameKindOf does, for meshes without a voxel size, a region that cannot be parsed or that
+/// Opens frames, which are read when they are requested; all labels are found by reading them once
+/// before. Files are paths or, for Zarr, URLs. They stay in the order given; those of a folder are
+/// in natural order of their names, which a notice says unless the files have times. Fails if
+/// frameKindOf does, for meshes without a voxel size, a region that cannot be parsed or that
 /// comes with a velocity, and as voxel4d::openVdbFrames, voxel4d::openVolumeFrames and
 /// openMeshFrames do.
 Result<WeaveInput> openFrames(std::vector<std::string> files, FrameReading reading);
