@@ -1,5 +1,6 @@
 #include "t4d/verbs/weave.h"
 
+#include <cmath>
 #include <iterator>
 
 #include <fmt/format.h>
@@ -7,10 +8,10 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/formats/t4d/url.h"
+#include "t4d/system/kept_inputs.h"
 #include "t4d/system/stopwatch.h"
 #include "t4d/verbs/json_text.h"
 #include "t4d/verbs/lost_parts.h"
-#include "t4d/verbs/output_check.h"
 #include "t4d/verbs/weave_names.h"
 
 namespace t4d::verbs {
@@ -23,7 +24,13 @@ std::string weaveDetails(const WeaveInput& input, const WeaveOptions& options) {
   const FrameReading& reading = input.reading;
   ordered_json parameters;
   if (reading.voxelSize) parameters["voxel_size"] = *reading.voxelSize;
-  if (reading.volumes.iso) parameters["iso"] = *reading.volumes.iso;
+  if (reading.volumes.iso) {
+    parameters[reading.volumes.below ? "below" : "iso"] = *reading.volumes.iso;
+  }
+  if (const auto& outside = reading.volumes.outside) {
+    parameters["outside_value"] =
+        std::isnan(*outside) ? ordered_json("nan") : ordered_json(*outside);
+  }
   if (!reading.labels.empty()) parameters["labels"] = reading.labels;
   if (!reading.region.empty()) parameters["region"] = reading.region;
   if (reading.hasVelocity()) {
@@ -118,19 +125,18 @@ Result<void> weaveBodies(WeaveInput& input, const WeaveOptions& options, T4dFile
   return {};
 }
 
-/// Fails if the file that is written was read.
-Result<void> checkOutput(const WeaveInput& input, const std::string& output) {
-  std::vector<std::string> files = input.files;
-  std::ranges::copy(input.reading.velocityFiles, std::back_inserter(files));
-  if (input.meshes) std::ranges::copy(input.meshes->files, std::back_inserter(files));
-  if (const auto misuse = misuseOfOutput(output, files)) return fail(ErrorCode::Options, *misuse);
-  return {};
+/// Notes the files that were opened before.
+void noteInputs(const WeaveInput& input) {
+  for (const std::string& file : input.files) system::noteInput(file);
+  for (const std::string& file : input.reading.velocityFiles) system::noteInput(file);
 }
 
 }  // namespace
 
 Result<WeaveReport> weave(WeaveInput input, const WeaveOptions& options, Observer& observer) {
   const system::Stopwatch stopwatch;
+  const system::KeptInputs kept;
+  noteInputs(input);
   if (options.output.center && options.part.count > 1) {
     return fail(ErrorCode::Options, "a part cannot be centred: the parts would not meet");
   }
@@ -138,16 +144,22 @@ Result<WeaveReport> weave(WeaveInput input, const WeaveOptions& options, Observe
   auto file = T4dFile::create(options.output, aboutWeaving(input, options));
   if (!file) return file.error();
   WeaveReport report;
+  report.notices = input.notices;
+  if (!input.frames.notice.empty()) {
+    report.notices.push_back(fmt::format("{}: {}", input.name, input.frames.notice));
+  }
   if (auto woven = weaveBodies(input, options, *file, report, observer); !woven) {
     return woven.error();
   }
-  if (auto good = checkOutput(input, options.output.path); !good) return good.error();
   const auto bytes = file->finish();
   if (!bytes) return bytes.error();
   report.framesInBetween = framesInBetween(options.part, frameCount, input.reading.steps());
   report.bytes = *bytes;
   report.space = input.frames.space;
-  report.spaceNotice = input.frames.notice;
+  report.unsized = input.frames.unsized;
+  report.assumedAxes = input.frames.assumedAxes;
+  report.lengthUnit = options.lengthUnit.empty() ? input.frames.lengthUnit : options.lengthUnit;
+  report.timeUnit = options.timeUnit.empty() ? input.frames.timeUnit : options.timeUnit;
   report.oneApart = input.frames.frames->isOneApart();
   report.takenAsDistances = input.frames.takenAsDistances;
   if (input.meshes) {
