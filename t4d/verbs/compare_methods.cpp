@@ -10,10 +10,10 @@
 
 #include "t4d/formats/motion/motion_reader.h"
 #include "t4d/formats/triangle/triangle_mesh_reader.h"
+#include "t4d/system/kept_inputs.h"
 #include "t4d/system/replaceable.h"
 #include "t4d/system/temporary_folder.h"
 #include "t4d/verbs/motion_frames.h"
-#include "t4d/verbs/output_check.h"
 
 namespace t4d::verbs {
 namespace {
@@ -23,7 +23,6 @@ struct TrueSolid {
   model::TriangleMesh mesh;
   model::Motion motion;
   std::vector<std::string> losses;  ///< what its file holds and the mesh does not
-  std::vector<std::string> files;   ///< all that were read
 
   double volume() const { return std::abs(signedVolume(mesh)); }
   double hypervolume() const { return volume() * (motion.timeEnd() - motion.timeBegin()); }
@@ -37,10 +36,7 @@ Result<TrueSolid> readTrueSolid(const MethodsOptions& options, Observer& observe
   if (!loaded) return loaded.error();
   auto motion = formats::readMotion(options.motion, nullptr, options.table);
   if (!motion) return motion.error();
-  std::vector<std::string> files = {options.solid, options.motion};
-  for (const auto& file : loaded->otherFiles) files.push_back(file.string());
-  return TrueSolid{std::move(loaded->mesh), std::move(*motion), std::move(loaded->losses),
-                   std::move(files)};
+  return TrueSolid{std::move(loaded->mesh), std::move(*motion), std::move(loaded->losses)};
 }
 
 /// The name of the file that a method makes; `voxelSize` is for the voxel method.
@@ -114,13 +110,9 @@ MakeMesh makeHere(Observer& observer) {
 
 Result<MethodsReport> compareMethods(const MethodsOptions& options, const CompareOptions& comparing,
                                      const MakeMesh& make, Observer& observer) {
+  const system::KeptInputs kept;
   auto solid = readTrueSolid(options, observer);
   if (!solid) return solid.error();
-  for (const std::string& output : options.outputs) {
-    if (const auto misuse = misuseOfOutput(output, solid->files)) {
-      return fail(ErrorCode::Options, *misuse);
-    }
-  }
   std::optional<system::TemporaryFolder> temporary;
   const auto folder = folderFor(options, temporary);
   if (!folder) return folder.error();

@@ -24,8 +24,6 @@ struct MethodsOptions {
   std::string folder = {};     ///< for the .t4d files; "" for one that is removed
   std::string up = {};         ///< as T4dFileOptions::up
   std::string generator = {};  ///< as T4dFileOptions::generator
-  /// What the caller writes besides, which must not be one of the files that are read.
-  std::vector<std::string> outputs = {};
 };
 
 struct MadeMesh {

@@ -1,5 +1,6 @@
 #include "t4d/verbs/convert.h"
 
+#include <algorithm>
 #include <filesystem>
 
 #include <fmt/format.h>
@@ -7,21 +8,38 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/formats/file_extension.h"
+#include "t4d/formats/listed.h"
 #include "t4d/formats/mesh4d/mesh4d_formats.h"
 #include "t4d/formats/t4d/names.h"
 #include "t4d/formats/t4d/optional_chunks.h"
 #include "t4d/formats/t4d/stream.h"
 #include "t4d/formats/t4d/url.h"
 #include "t4d/formats/t4d/writer.h"
+#include "t4d/system/kept_inputs.h"
 #include "t4d/system/stopwatch.h"
 #include "t4d/verbs/convert_input.h"
 #include "t4d/verbs/json_text.h"
-#include "t4d/verbs/output_check.h"
 
 namespace t4d::verbs {
 namespace {
 
 using nlohmann::ordered_json;
+
+/// Fails if the file that is written has the name of another format.
+Result<void> checkName(const ConvertOptions& options) {
+  std::error_code ignored;
+  const auto there = std::filesystem::status(options.output, ignored);
+  const bool isStream = options.output == "-" || is_character_file(there) || is_fifo(there);
+  if (options.to.empty() || isStream) return {};
+  const auto* format = formats::mesh4dFormat(options.to);
+  const std::vector<std::string_view> extensions =
+      format == nullptr ? std::vector<std::string_view>{".t4d"} : format->extensions;
+  const std::string own = formats::lowerCaseExtension(options.output);
+  if (std::ranges::find(extensions, own) != extensions.end()) return {};
+  return fail(ErrorCode::Options,
+              fmt::format("'{}' does not end with {}, as {} does", options.output,
+                          formats::listed(extensions), options.to));
+}
 
 /// Checks the formats, and what a .t4d as input excludes.
 Result<void> checkConversion(const ConvertOptions& options) {
@@ -32,6 +50,7 @@ Result<void> checkConversion(const ConvertOptions& options) {
                            : fmt::format("'{}' is not a format that can be written", options.to);
     return fail(ErrorCode::Options, error);
   }
+  if (auto good = checkName(options); !good) return good;
   if (isFromT4d(options)) {
     if (!options.slabs && !options.weld) return {};
     return fail(ErrorCode::Options,
@@ -174,16 +193,11 @@ std::string formatToWrite(const ConvertOptions& options) {
 }
 
 Result<ConvertReport> convert(const ConvertOptions& options, Observer& observer) {
-  if (const auto misuse = misuseOfOutput(options.output, {&options.input, 1})) {
-    return fail(ErrorCode::Options, *misuse);
-  }
+  const system::KeptInputs kept;
   if (auto good = checkConversion(options); !good) return good.error();
   const system::Stopwatch stopwatch;
   auto input = openConvertInput(options, observer);
   if (!input) return input.error();
-  if (const auto misuse = misuseOfOutput(options.output, input->files)) {
-    return fail(ErrorCode::Options, *misuse);
-  }
   ConvertReport report;
   report.to = formatToWrite(options);
   if (auto written = writeConverted(options, report.to, *input, observer); !written) {

@@ -7,9 +7,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/system/kept_inputs.h"
 #include "t4d/system/stopwatch.h"
 #include "t4d/verbs/json_text.h"
-#include "t4d/verbs/output_check.h"
 #include "t4d/verbs/weave_names.h"
 
 namespace t4d::verbs {
@@ -50,13 +50,13 @@ std::string millDetails(const MillFiles& files, const MillOptions& options, std:
       .dump(-1, ' ', false, ordered_json::error_handler_t::replace);
 }
 
-Result<void> checkMillOutput(const MillFiles& files, const std::string& output) {
-  std::vector<std::string> inputs = {files.stock.path, files.path};
+/// Notes the files that were read before.
+void noteInputs(const MillFiles& files) {
+  system::noteInput(files.stock.path);
+  system::noteInput(files.path);
   for (const auto& [number, spec] : files.tools) {
-    std::ranges::copy(spec.files(), std::back_inserter(inputs));
+    for (const std::string& file : spec.files()) system::noteInput(file);
   }
-  if (const auto misuse = misuseOfOutput(output, inputs)) return fail(ErrorCode::Options, *misuse);
-  return {};
 }
 
 mill::MillOptions optionsOfMilling(const MillInput& input, const MillOptions& options,
@@ -81,7 +81,8 @@ Result<MillReport> mill(const MillInput& input, const MillOptions& options, Obse
   const system::Stopwatch stopwatch;
   const MillFiles& files = input.files;
   const model::Motion& motion = input.path.motion;
-  if (auto good = checkMillOutput(files, options.output.path); !good) return good.error();
+  const system::KeptInputs kept;
+  noteInputs(files);
   const auto times = voxel4d::frameTimes({motion.timeBegin(), motion.timeEnd()}, options.frames);
   if (!times) {
     Error error = times.error();

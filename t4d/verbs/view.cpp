@@ -11,10 +11,10 @@
 #include "t4d/formats/t4d/manifest.h"
 #include "t4d/formats/t4d/url.h"
 #include "t4d/model/amount_text.h"
+#include "t4d/system/kept_inputs.h"
 #include "t4d/system/temporary_folder.h"
 #include "t4d/verbs/input.h"
 #include "t4d/verbs/json_text.h"
-#include "t4d/verbs/output_check.h"
 
 namespace t4d::verbs {
 namespace {
@@ -118,9 +118,7 @@ bool isOnePage(const std::string& output) {
 
 Result<ViewReport> view(const ViewOptions& options, Observer& observer) {
   if (options.output.empty()) return fail(ErrorCode::Options, "no output is given");
-  if (const auto misuse = misuseOfOutput(options.output, options.inputs)) {
-    return fail(ErrorCode::Options, *misuse);
-  }
+  const system::KeptInputs kept;
   const auto viewed = viewedFiles(options, observer);
   if (!viewed) return viewed.error();
   const auto bytes = isOnePage(options.output)

@@ -270,15 +270,9 @@ Result<void> writePage(const CollideArguments& options, const std::vector<Collid
 
 /// Tables and plots are of the clearance over time; other outputs are the solids in contact.
 CLI::Validator tableOrMesh() {
-  return CLI::Validator(
-      [](std::string& path) {
-        const auto* format = formats::triangleMeshFormat(path);
-        if (isTableOrPlot(path) || (format != nullptr && format->write != nullptr))
-          return std::string();
-        return fmt::format("'{}' is not the name of a .csv, .json, .svg or .png file, nor of {}",
-                           path, formats::writableTriangleMeshExtensions());
-      },
-      "FILE");
+  std::vector<std::string_view> extensions = formats::writableTriangleMeshes();
+  extensions.insert(extensions.begin(), kTablesAndPlots.begin(), kTablesAndPlots.end());
+  return outputByExtension(std::move(extensions));
 }
 
 /// The clearance of the pairs that come nearest.
@@ -384,9 +378,6 @@ Result<std::vector<double>> sampleTimes(const CollideArguments& options,
 /// Why these options cannot be.
 std::optional<std::string> misuseOf(const CollideArguments& options,
                                     std::span<const std::string> outputs) {
-  for (const std::string& output : outputs) {
-    if (auto misuse = misuseOfOutput(output, options.inputs)) return misuse;
-  }
   if (std::ranges::count_if(options.outputs,
                             [](const auto& path) { return !isTableOrPlot(path); }) > 1) {
     return "-o: one file of the solids in contact is enough; further ones are .csv, .json, .svg or "
@@ -395,7 +386,7 @@ std::optional<std::string> misuseOf(const CollideArguments& options,
   if (options.part.isGiven() && !outputs.empty()) {
     return "--part and outputs exclude each other: only the reports (--json) of parts are joined";
   }
-  return misuseOfOutputs(outputs);
+  return std::nullopt;
 }
 
 /// The report, with the member that `t4d join` needs of a part.
@@ -414,7 +405,7 @@ int run(const CollideArguments& options) {
   std::vector<std::string> outputs = options.outputs;
   if (!options.html.empty()) outputs.push_back(options.html);
   if (const auto misuse = misuseOf(options, outputs)) return wrongUsage(*misuse);
-  if (auto writable = checkWritable(outputs); !writable) return report(writable.error());
+  if (auto good = checkOutputs(outputs, options.inputs); !good) return report(good.error());
   std::vector<verbs::Input> inputs;
   for (const std::string& path : options.inputs) {
     auto opened = verbs::openInput(path, options.only);
@@ -516,12 +507,13 @@ void addCollide(CLI::App& app, int& exitCode) {
                    "clearance over time (.csv, .json, .svg, .png); repeatable")
       ->allow_extra_args(false)
       ->check(someName())
-      ->check(tableOrMesh());
+      ->check(tableOrMesh())
+      ->type_name("FILE");
   options->frames.addTo(*command, kMostClearances);
   command
       ->add_option("--html", options->html,
                    "Write a page with clearance and overlap over time, and pictures")
-      ->check(someName());
+      ->check(htmlFile());
   options->only.addTo(*command);
   options->part.addTo(*command,
                       "Test only part K of N of the pairs of bodies; `t4d join` joins the reports");

@@ -217,7 +217,6 @@ verbs::MethodsOptions methodsOptionsOf(const CompareArguments& options) {
   how.folder = options.keep;
   how.up = options.up;
   how.generator = versionText();
-  how.outputs = {options.html, options.csv};
   return how;
 }
 
@@ -243,14 +242,9 @@ int buildAndCompare(const CompareArguments& options, Outputs& outputs) {
 
 int run(const CompareArguments& options) {
   if (const auto misuse = misuseOf(options)) return wrongUsage(*misuse);
-  for (const std::string& output : {options.html, options.csv}) {
-    if (const auto misuse =
-            misuseOfOutput(output, std::array{options.input, options.other, options.motion})) {
-      return wrongUsage(*misuse);
-    }
-  }
-  if (const auto misuse = misuseOfOutputs(std::array{options.html, options.csv})) {
-    return wrongUsage(*misuse);
+  const std::array inputs = {options.input, options.other, options.motion};
+  if (auto good = checkOutputs(std::array{options.html, options.csv}, inputs); !good) {
+    return report(good.error());
   }
   auto outputs = createOutputs(options);
   if (!outputs) return report(outputs.error());
@@ -314,16 +308,16 @@ void addCompare(CLI::App& app, int& exitCode) {
   command
       ->add_option("--times", options->times,
                    "Compare N evenly spaced times from A to B, both included")
-      ->check(evenTimesUpTo(kMaxSlices))
+      ->check(timesUpTo(kMaxSlices))
       ->excludes(slices);
   command->add_option("--keep", options->keep, "Keep the .t4d files in this folder")
       ->check(someName());
   command
       ->add_option("--html", options->html,
                    "Write a page with tables, plots over time and pictures")
-      ->check(someName());
+      ->check(htmlFile());
   command->add_option("--csv", options->csv, "Write a table with one row per time")
-      ->check(someName());
+      ->check(outputFile({".csv"}));
   command->add_flag("--json", options->json, "Print the comparison as JSON");
   command->footer(
       "Examples:\n"

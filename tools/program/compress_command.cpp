@@ -32,9 +32,6 @@ void printReport(const verbs::CompressReport& compressed, const CompressArgument
 }
 
 int run(CompressArguments& options) {
-  if (const auto misuse = misuseOfOutput(options.compress.output, {&options.input, 1})) {
-    return wrongUsage(*misuse);
-  }
   const auto input = verbs::openInput(options.input, options.only);
   if (!input) return report(input.error());
   if (const auto done = options.part.settle(verbs::mostParts(*input, /*ofEach=*/true), "slabs")) {

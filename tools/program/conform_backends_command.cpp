@@ -121,9 +121,9 @@ void printText(const std::vector<CaseResult>& results, std::size_t passed) {
       if (check.passed || ++failed > kShown) continue;
       const std::string differ =
           check.tolerance > 0 ? fmt::format(", tolerance {:.2g}", check.tolerance) : "";
-      print("FAILED {} by {}: {}: expected {}, found {}{} ({}){}\n", result.id, result.backend,
-            check.name, valueText(check.expected), valueText(check.actual), differ, check.reason,
-            check.found.empty() ? "" : "\n       " + check.found);
+      print("FAILED {} by {}: {}: expected {}, found {}{} ({})\n", result.id, result.backend,
+            check.name, valueText(check.expected), valueText(check.actual), differ, check.reason);
+      if (!check.found.empty()) print("       {}\n", check.found);
     }
     if (failed > kShown) {
       print("       and {} more of this case; --json and --html show all\n",
@@ -232,7 +232,7 @@ void addConformBackends(CLI::App& conform, int& exitCode) {
   auto* html = command
                    ->add_option("--html", options->html,
                                 "Write a page: the table, convergence plots, every check")
-                   ->check(someName());
+                   ->check(htmlFile());
   command->add_flag("--list", options->list, "List the cases and run nothing")
       ->excludes(json)
       ->excludes(html);

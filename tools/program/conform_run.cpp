@@ -8,6 +8,7 @@
 
 #include "t4d/formats/output_file.h"
 #include "tools/program/console.h"
+#include "tools/program/option_checks.h"
 
 namespace t4d::tools {
 namespace {
@@ -40,6 +41,7 @@ void addConformOptions(CLI::App& command, ConformArguments& arguments, const Con
       ->check(CLI::Range(0.01, 86400.0))
       ->type_name("SECONDS");
   command.add_option("--junit", arguments.junit, "Write the results as JUnit XML")
+      ->check(outputFile({".xml"}))
       ->type_name("FILE");
   command.add_option("--keep", arguments.keep, help.keep)->type_name("DIR");
   command.add_flag("--first", arguments.first, "Stop at the first failure");

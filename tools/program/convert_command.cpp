@@ -24,7 +24,6 @@ struct ConvertArguments {
 
 /// The error message if these options cannot be.
 std::optional<std::string> misuseOf(const verbs::ConvertOptions& options) {
-  if (auto misuse = misuseOfOutput(options.output, {&options.input, 1})) return misuse;
   if (verbs::formatToWrite(options).empty()) {
     return fmt::format("unsupported output extension: '{}' is not .t4d, {}; --to names the format",
                        options.output, formats::writableMesh4dExtensions());
@@ -57,19 +56,6 @@ std::vector<std::string> noticesOfChoices(const verbs::ConvertOptions& options) 
     notices.push_back(fmt::format("{}: {} has no slabs; --slabs only splits tetrahedra at the cuts",
                                   options.output, nameOf(written)));
   }
-  if (options.to.empty()) return notices;
-  const auto* to = formats::mesh4dFormat(written);
-  const auto* named = formats::writtenMesh4dFormat(options.output);
-  const std::string extension = formats::lowerCaseExtension(options.output);
-  const bool namesT4d = extension == ".t4d";
-  if (to == nullptr ? named == nullptr
-                    : std::ranges::find(to->extensions, extension) != to->extensions.end() ||
-                          (named == nullptr && !namesT4d)) {
-    return notices;
-  }
-  notices.push_back(fmt::format("{}: written as {}, as --to says; its extension is that of {}",
-                                options.output, nameOf(written),
-                                namesT4d ? std::string(".t4d") : std::string(named->name)));
   return notices;
 }
 

@@ -79,11 +79,6 @@ std::optional<std::string> misuseOfPart(const EnvelopeArguments& options) {
 /// Why the options cannot be.
 std::optional<std::string> misuseOf(const EnvelopeArguments& options) {
   const verbs::EnvelopeOptions& how = options.envelope;
-  const std::vector<std::string> outputs = outputsOf(options);
-  for (const std::string& output : outputs) {
-    if (auto misuse = misuseOfOutput(output, {&options.input, 1})) return misuse;
-  }
-  if (auto misuse = misuseOfOutputs(outputs)) return misuse;
   if (verbs::isPerBody(how.output) && !how.each) {
     return "-o: a file per body, by {body}, needs --each";
   }
@@ -109,8 +104,7 @@ Result<void> checkBodyFiles(const EnvelopeArguments& options, const verbs::Passa
   if (!files) return files.error();
   std::vector<std::string> outputs = {options.html};
   for (const auto& file : *files) outputs.push_back(file.string());
-  if (auto misuse = misuseOfOutputs(outputs)) return fail(ErrorCode::Failed, *misuse);
-  return checkWritable(outputs);
+  return checkOutputs(outputs);
 }
 
 /// What else finds a thin solid, or takes less time.
@@ -240,8 +234,8 @@ void warnOfHypervolume(const verbs::Passages& passages) {
 
 int run(EnvelopeArguments& options) {
   if (const auto misuse = misuseOf(options)) return wrongUsage(*misuse);
-  if (auto writable = checkWritable(outputsOf(options)); !writable) {
-    return report(writable.error());
+  if (auto good = checkOutputs(outputsOf(options), {&options.input, 1}); !good) {
+    return report(good.error());
   }
   const system::Stopwatch stopwatch;
   const auto input = verbs::openInput(options.input, options.only);
@@ -311,7 +305,7 @@ void addEnvelope(CLI::App& app, int& exitCode) {
         ->add_option(field.option, options->envelope.fields.*field.file,
                      fmt::format("Output file (.vdb): {}", field.help))
         ->type_name("FILE")
-        ->check(vdbFile());
+        ->check(outputByExtension({".vdb"}));
   }
   options->window.addTo(*command);
   options->only.addTo(*command);
@@ -324,7 +318,7 @@ void addEnvelope(CLI::App& app, int& exitCode) {
       ->add_option("--html", options->html,
                    "Write a page with pictures of the envelope and of the solid")
       ->type_name("FILE")
-      ->check(someName());
+      ->check(htmlFile());
   addCenterOption(*command, options->envelope.center);
   options->part.addTo(
       *command,

@@ -34,7 +34,6 @@ void printReport(const verbs::FilterReport& filtered, const std::string& output)
 
 int run(FilterArguments& options) {
   const std::string& output = options.filter.output;
-  if (const auto misuse = misuseOfOutput(output, {&options.input, 1})) return wrongUsage(*misuse);
   if (const auto misuse = options.window.misuse()) return wrongUsage(*misuse);
   const auto input = verbs::openInput(options.input, options.only);
   if (!input) return report(input.error());

@@ -49,9 +49,8 @@ std::string kindText(const verbs::FlipbookReport& made) {
 std::optional<std::string> misuseOf(const FlipbookArguments& options) {
   const verbs::FlipbookOptions& how = options.flipbook;
   const bool byFrames = how.kind == verbs::FlipbookKind::Frames;
-  if (auto misuse = misuseOfOutput(how.output, {&options.input, 1})) return misuse;
   if (const auto uneven = options.frames.unevenOption(); uneven && !byFrames) {
-    return *uneven + ": --rigid and --morph play a stretch of time evenly; use --times";
+    return *uneven + ": --rigid and --morph play a stretch of time evenly; use --times A:B:N";
   }
   if (!byFrames && how.write.color == "time") {
     return "--color time: a body of --rigid or --morph has one colour";
@@ -122,13 +121,7 @@ void addFlipbook(CLI::App& app, int& exitCode) {
   command->add_option("-o,--output", flipbook.output, "Output file: .glb, .gltf, .usda or .usdz")
       ->required()
       ->check(someName())
-      ->check(CLI::Validator(
-          [](std::string& path) {
-            return formats::isGltf(path) || formats::isUsd(path)
-                       ? std::string()
-                       : "'" + path + "' is not a .glb, .gltf, .usda or .usdz file";
-          },
-          ""));
+      ->check(outputByExtension({".glb", ".gltf", ".usda", ".usdz"}));
   command->add_flag("--exact", flipbook.exact,
                     "Use exact slices, with up to 13 times as many triangles between layers");
   auto* rigid = command->add_flag("--rigid", options->rigid,

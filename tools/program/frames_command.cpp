@@ -38,19 +38,6 @@ struct FramesArguments {
   bool json = false;
 };
 
-/// Why no frame may be written: one of them is the input.
-std::optional<std::string> misuseOfFrames(const convert::FrameNames& names, std::uint64_t count,
-                                          const std::string& input) {
-  if (formats::lowerCaseExtension(input) != formats::lowerCaseExtension("a" + names.extension)) {
-    return std::nullopt;
-  }
-  for (std::uint64_t i = 0; i < count; ++i) {
-    const auto path = names.folder / names.fileName(i, count);
-    if (auto misuse = misuseOfOutput(path.string(), {&input, 1})) return misuse;
-  }
-  return std::nullopt;
-}
-
 constexpr const char* kFpsNeeds = "--fps: needs --speed-file, --velocity or USD files";
 
 /// The options say how fast the frames play.
@@ -141,9 +128,6 @@ int run(FramesArguments& options) {
   if (!times) return report(times.error());
   how.times = std::move(*times);
   if (const auto done = options.part.settle(how.times.size(), "frames")) return *done;
-  if (const auto misuse = misuseOfFrames(how.names, how.times.size(), options.input)) {
-    return wrongUsage(*misuse);
-  }
   how.inPlayback = isUsd || plays(options);
   how.framesPerSecond = options.when.framesPerSecond;
   ConsoleObserver observer;

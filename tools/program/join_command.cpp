@@ -37,7 +37,6 @@ bool isFrameManifest(const std::string& path) {
 }
 
 int joinFrameManifests(const JoinArguments& options) {
-  if (options.output.empty()) return wrongUsage("-o: name the manifest of all frames");
   const auto joined = verbs::joinFrames(options.parts, options.output);
   if (!joined) return report(joined.error());
   if (options.json) {
@@ -69,7 +68,6 @@ int joinFields(const JoinArguments& options) {
   if (!std::ranges::all_of(options.parts, isVdb)) {
     return wrongUsage("parts of a field (.vdb) are not joined with other files");
   }
-  if (!isVdb(options.output)) return wrongUsage("-o: name the field (.vdb) of all parts");
   const auto joined = verbs::joinFields(options.parts, options.output);
   if (!joined) return report(joined.error());
   if (options.json) {
@@ -81,19 +79,27 @@ int joinFields(const JoinArguments& options) {
   return kDone;
 }
 
-/// The error message if the name of the output is not that of what is made of meshes.
+/// The extension of what the parts make.
+std::string_view extensionOf(const JoinArguments& options) {
+  if (std::ranges::any_of(options.parts, isVdb)) return ".vdb";
+  if (std::ranges::any_of(options.parts, isJson)) return ".json";
+  return options.manifest ? ".t4dm" : ".t4d";
+}
+
+/// The error message if the output is not named, or not as what is made of the parts.
 std::optional<std::string> misuseOfName(const JoinArguments& options) {
-  if (options.output.empty()) return "--output is required";
-  const bool named = formats::lowerCaseExtension(options.output) == ".t4dm";
-  if (options.manifest && !named) {
-    return fmt::format("a manifest has a name that ends in .t4dm, not {}", options.output);
-  }
-  if (named && !options.manifest) {
-    return fmt::format("{}: to write a manifest of the parts, add --manifest", options.output);
+  const std::string_view extension = extensionOf(options);
+  if (options.output.empty()) {
+    const bool isReport =
+        extension == ".json" && !std::ranges::any_of(options.parts, isFrameManifest);
+    return isReport ? std::nullopt : std::optional<std::string>("--output is required");
   }
   std::string name = options.output;
-  const std::string wrong = named ? "" : noOtherFormat()(name);
-  return wrong.empty() ? std::nullopt : std::optional("--output: " + wrong);
+  const std::string wrong = outputFile({extension})(name);
+  if (wrong.empty()) return std::nullopt;
+  const bool isManifest = formats::lowerCaseExtension(name) == ".t4dm" && extension == ".t4d";
+  return fmt::format("--output: {}{}", wrong,
+                     isManifest ? "; add --manifest to write a manifest of the parts" : "");
 }
 
 void printSums(const verbs::JoinReport& joined, const JoinArguments& options,
@@ -114,16 +120,15 @@ int joinMeshes(const JoinArguments& options) {
   ConsoleObserver observer;
   const auto joined = verbs::join(options.parts, options.output, into, observer);
   if (!joined) return report(joined.error());
-  printSums(*joined, options,
-            counted(joined->parts, options.manifest ? "part" : "file"));
+  printSums(*joined, options, counted(joined->parts, options.manifest ? "part" : "file"));
   return reportLosses(joined->losses);
 }
 
 int run(const JoinArguments& options) {
-  if (const auto misuse = misuseOfOutput(options.output, options.parts)) return wrongUsage(*misuse);
   const bool isMesh =
       !std::ranges::any_of(options.parts, isVdb) && !std::ranges::any_of(options.parts, isJson);
   if (!isMesh && options.manifest) return wrongUsage("--manifest is for meshes (.t4d)");
+  if (const auto misuse = misuseOfName(options)) return wrongUsage(*misuse);
   if (std::ranges::any_of(options.parts, isVdb)) return joinFields(options);
   if (std::ranges::any_of(options.parts, isJson)) {
     if (!std::ranges::all_of(options.parts, isJson)) {
@@ -132,7 +137,6 @@ int run(const JoinArguments& options) {
     return std::ranges::any_of(options.parts, isFrameManifest) ? joinFrameManifests(options)
                                                                : joinReports(options);
   }
-  if (const auto misuse = misuseOfName(options)) return wrongUsage(*misuse);
   return joinMeshes(options);
 }
 

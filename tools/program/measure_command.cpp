@@ -34,6 +34,7 @@ struct MeasureArguments {
   InputOptions only;
   std::vector<std::string> outputs;
   std::string html;
+  bool total = false;
   bool json = false;
 };
 
@@ -81,45 +82,47 @@ Result<std::string> fileOf(const std::string& path, const verbs::MeasureReport& 
   return plotFile(path, svgOf(volumePlot(measured.samples, metadata)));
 }
 
-void printSamples(std::span<const SolidMeasures> samples) {
-  std::vector<std::vector<std::string>> rows = {
-      {"time", "volume", "area", "centroid", "components", "genus"}};
-  for (const SolidMeasures& sample : samples) {
-    const model::Point3& centroid = sample.centroid;
-    rows.push_back({fmt::format("{:.6g}", sample.time), fmt::format("{:.9g}", sample.volume),
-                    fmt::format("{:.9g}", sample.area),
-                    sample.bounds.empty() ? ""
-                                          : fmt::format("({:.6g}, {:.6g}, {:.6g})", centroid.x(),
-                                                        centroid.y(), centroid.z()),
-                    grouped(sample.components), fmt::format("{:g}", sample.genus)});
-  }
-  printTable(rows, "rrrlr");
+std::vector<std::string> sampleFields(const SolidMeasures& sample) {
+  const model::Point3& centroid = sample.centroid;
+  return {fmt::format("{:.9g}", sample.volume), fmt::format("{:.9g}", sample.area),
+          sample.bounds.empty()
+              ? ""
+              : fmt::format("({:.6g}, {:.6g}, {:.6g})", centroid.x(), centroid.y(), centroid.z()),
+          grouped(sample.components), fmt::format("{:g}", sample.genus)};
 }
 
-CLI::Validator tableOrPlot() {
-  return CLI::Validator(
-      [](std::string& path) {
-        if (isTableOrPlot(path)) return std::string();
-        return fmt::format("'{}' is not the name of a .csv, .json, .svg or .png file", path);
-      },
-      "FILE");
+void printSamples(const verbs::MeasureReport& measured) {
+  const bool several = !measured.bodies.empty();
+  std::vector<std::vector<std::string>> rows;
+  const auto add = [&](std::string time, const std::string& body,
+                       const std::vector<std::string>& fields) {
+    auto& row = rows.emplace_back(std::vector{std::move(time)});
+    if (several) row.push_back(body);
+    row.insert(row.end(), fields.begin(), fields.end());
+  };
+  add("time", "body", {"volume", "area", "centroid", "components", "genus"});
+  for (std::size_t i = 0; i < measured.samples.size(); ++i) {
+    const std::string time = fmt::format("{:.6g}", measured.samples[i].time);
+    if (!several) add(time, "", sampleFields(measured.samples[i]));
+    for (const verbs::BodyMeasures& body : measured.bodies) {
+      add(time, shownLine(body.name), sampleFields(body.samples[i]));
+    }
+  }
+  printTable(rows, several ? "rlrrlr" : "rrrlr");
 }
 
 int run(const MeasureArguments& options) {
   std::vector<std::string> outputs = options.outputs;
   if (!options.html.empty()) outputs.push_back(options.html);
-  for (const std::string& output : outputs) {
-    if (const auto misuse = misuseOfOutput(output, {&options.input, 1})) return wrongUsage(*misuse);
-  }
-  if (const auto misuse = misuseOfOutputs(outputs)) return wrongUsage(*misuse);
-  if (auto writable = checkWritable(outputs); !writable) return report(writable.error());
   const auto input = verbs::openInput(options.input, options.only);
   if (!input) return report(input.error());
   const auto times = options.frames.of(model::timeSpanOf(input->bodies), kMostSamples);
   if (!times) return report(times.error());
+  if (auto good = checkOutputs(outputs); !good) return report(good.error());
   if (const auto done = options.part.settle(times->size(), "times")) return *done;
   ConsoleObserver observer;
-  const auto measured = verbs::measure(*input, {*times, options.part.chosen()}, observer);
+  const auto measured =
+      verbs::measure(*input, {*times, options.part.chosen(), !options.total}, observer);
   if (!measured) return report(measured.error());
   const std::vector<SolidMeasures>& samples = measured->samples;
   const formats::Metadata& metadata = input->metadata;
@@ -140,7 +143,7 @@ int run(const MeasureArguments& options) {
     const auto identity = [&] { return identityOf(*input, times->size()); };
     tools::printText(options.part.inReport(jsonOf(*measured), identity) + "\n");
   } else if (outputs.empty()) {
-    printSamples(samples);
+    printSamples(*measured);
   } else {
     const auto [least, most] = std::ranges::minmax_element(samples, {}, &SolidMeasures::volume);
     for (const std::string& output : outputs) {
@@ -169,11 +172,16 @@ void addMeasure(CLI::App& app, int& exitCode) {
           "Output file: a table (.csv, .json) or a plot of the volume (.svg, .png); repeatable")
       ->allow_extra_args(false)
       ->check(someName())
-      ->check(tableOrPlot());
+      ->check(outputByExtension({kTablesAndPlots.begin(), kTablesAndPlots.end()}))
+      ->type_name("FILE");
   command->add_option("--html", options->html, "Write a page with plots over time")
-      ->check(someName());
+      ->check(htmlFile());
+  command->add_flag("--total", options->total,
+                    "Of several bodies: add them up, instead of a row for each");
   command->add_flag("--json", options->json, "Print JSON");
-  command->footer("Example:\n  t4d measure heart.t4d --frames 200 -o volumes.csv -o volumes.png");
+  command->footer(
+      "Voxels of a mask that share a face, an edge or a corner are of one component.\n"
+      "Example:\n  t4d measure heart.t4d --frames 200 -o volumes.csv -o volumes.png");
   command->callback([=, &exitCode] { exitCode = run(*options); });
 }
 

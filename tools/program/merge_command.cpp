@@ -17,7 +17,6 @@ struct MergeArguments {
 };
 
 int run(const MergeArguments& options) {
-  if (const auto misuse = misuseOfOutput(options.output, options.files)) return wrongUsage(*misuse);
   ConsoleObserver observer;
   const auto merged = verbs::merge(options.files, options.output, observer);
   if (!merged) return report(merged.error());

@@ -159,19 +159,14 @@ std::optional<std::string> misuseOf(const MillArguments& options) {
   return std::nullopt;
 }
 
-/// Whether an output is an input or another output.
-std::optional<std::string> misuseOfFiles(const MillArguments& options,
-                                         const verbs::MillToolSpecs& specs) {
+/// Fails if an output cannot be written, or is an input or another output.
+Result<void> checkFiles(const MillArguments& options, const verbs::MillToolSpecs& specs) {
   std::vector<std::string> inputs = {options.stock, options.path()};
   if (!options.toolTable.empty()) inputs.push_back(options.toolTable);
   for (const auto& [number, spec] : specs) {
     for (std::string& file : spec.files()) inputs.push_back(std::move(file));
   }
-  for (const std::string* output : {&options.output.path, &options.html}) {
-    if (output->empty()) continue;
-    if (auto misuse = misuseOfOutput(*output, inputs)) return misuse;
-  }
-  return misuseOfOutputs(std::array{options.output.path, options.html});
+  return checkOutputs(std::array{options.output.path, options.html}, inputs);
 }
 
 using TableTools = std::map<int, formats::TableTool>;
@@ -227,8 +222,7 @@ int run(const MillArguments& options) {
   if (!specs->contains(0) && !options.motion.empty()) {
     return wrongUsage("tools with numbers are mounted by --gcode or --locations");
   }
-  if (const auto misuse = misuseOfFiles(options, *specs)) return wrongUsage(*misuse);
-  if (auto writable = checkWritable({{options.html}}); !writable) return report(writable.error());
+  if (auto good = checkFiles(options, *specs); !good) return report(good.error());
   return millFiles(options, {.stock = {options.stock, {}, options.mending.given(options.mend)},
                              .tools = *specs,
                              .kind = options.kind(),
@@ -302,7 +296,7 @@ void addMill(CLI::App& app, int& exitCode) {
   command
       ->add_option("--html", options->html,
                    "Write a page with the removed volume over time and pictures")
-      ->check(someName());
+      ->check(htmlFile());
   options->mending.addTo(*command, options->mend);
   addNoPartOption(*command,
                   "milling cannot be divided: every cut starts from what the cuts before it left");

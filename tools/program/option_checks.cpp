@@ -9,8 +9,10 @@
 #include <fmt/format.h>
 
 #include "t4d/formats/file_extension.h"
+#include "t4d/formats/listed.h"
 #include "t4d/formats/output_file.h"
 #include "t4d/formats/triangle/triangle_mesh_formats.h"
+#include "t4d/system/kept_inputs.h"
 #include "tools/program/numbers.h"
 
 namespace t4d::tools {
@@ -33,6 +35,33 @@ CLI::Validator checkedNumber(std::string wanted, Accepts accepts) {
     const auto number = numberOf(text);
     return number && accepts(*number);
   });
+}
+
+bool isPipeOrDevice(const std::string& path) {
+  std::error_code ignored;
+  const fs::file_status status = fs::status(path, ignored);
+  if (path.starts_with("/dev/")) return true;  // such as /dev/stdout, which may be any file
+  return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
+}
+
+/// The error message if a name has none of these extensions.
+std::string wrongExtension(const std::string& path,
+                           const std::vector<std::string_view>& extensions) {
+  if (std::ranges::find(extensions, formats::lowerCaseExtension(path)) != extensions.end()) {
+    return {};
+  }
+  return fmt::format("'{}' does not end with {}", path, formats::listed(extensions));
+}
+
+/// Whether two paths, whose files need not exist, lead to the same file.
+bool isOneFile(const fs::path& a, const fs::path& b) {
+  std::error_code ignored;
+  std::error_code failed;
+  const auto whole = [&](const fs::path& path) {
+    return fs::weakly_canonical(fs::absolute(path, failed), failed);
+  };
+  const bool same = whole(a) == whole(b);
+  return a == b || fs::equivalent(a, b, ignored) || (!failed && same);
 }
 
 }  // namespace
@@ -105,47 +134,45 @@ CLI::Validator timeSpan() {
       "A:B");
 }
 
-CLI::Validator noOtherFormat() {
-  return CLI::Validator(
-      [](std::string& text) {
-        const std::string extension = formats::lowerCaseExtension(text);
-        const bool other = formats::triangleMeshFormat(text) != nullptr || extension == ".vdb" ||
-                           extension == ".json" || extension == ".t4dm";
-        if (!other) return std::string();
-        return fmt::format("'{}' has the name of another format; a .t4d is written", text);
-      },
-      "");
+CLI::Validator outputFile(std::vector<std::string_view> extensions) {
+  return {[extensions = std::move(extensions)](std::string& path) {
+            const bool streams = path == "-" || isPipeOrDevice(path);
+            return streams ? std::string() : wrongExtension(path, extensions);
+          },
+          ""};
 }
 
-CLI::Validator vdbFile() {
-  return {[](std::string& path) {
-            return formats::lowerCaseExtension(path) == ".vdb"
-                       ? std::string()
-                       : fmt::format("'{}' does not end with .vdb", path);
+CLI::Validator htmlFile() { return outputFile({".html", ".htm"}); }
+
+CLI::Validator outputByExtension(std::vector<std::string_view> extensions) {
+  return {[extensions = std::move(extensions)](std::string& path) {
+            return wrongExtension(path, extensions);
           },
           ""};
 }
 
 CLI::Validator writableTriangleMesh() {
-  return {[](std::string& path) {
-            const auto* format = formats::triangleMeshFormat(path);
-            return format != nullptr && format->write != nullptr
-                       ? std::string()
-                       : fmt::format("unsupported output extension: '{}' is not {}", path,
-                                     formats::writableTriangleMeshExtensions());
-          },
-          ""};
+  return outputByExtension(formats::writableTriangleMeshes());
 }
 
 CLI::Validator someName() {
   return {[](std::string& text) { return text.empty() ? "the name is empty" : std::string(); }, ""};
 }
 
-Result<void> checkWritable(std::span<const std::string> outputs) {
-  for (const std::string& output : outputs) {
+Result<void> checkOutputs(std::span<const std::string> outputs,
+                          std::span<const std::string> inputs) {
+  for (const std::string& input : inputs) system::noteInput(input);
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    const std::string& output = outputs[i];
+    if (output.empty() || output == "-") continue;
+    for (const std::string& other : outputs.first(i)) {
+      if (!isOneFile(output, other)) continue;
+      return fail(ErrorCode::Options, fmt::format("two outputs are the same file, {}{}", other,
+                                                  output == other ? "" : " and " + output));
+    }
     std::error_code ignored;
     // A pipe is opened once only, by its writer.
-    if (output.empty() || output == "-" || fs::is_fifo(output, ignored)) continue;
+    if (fs::is_fifo(output, ignored)) continue;
     if (auto created = formats::OutputFile::create(output); !created) return created.error();
   }
   return {};

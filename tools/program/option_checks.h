@@ -4,13 +4,13 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 
 #include "t4d/model/error.h"
 #include "t4d/model/part.h"
-#include "t4d/verbs/output_check.h"
 
 /// Validators for option values. A rejected value is a usage error; CLI11 puts the option's name
 /// before the message.
@@ -48,20 +48,22 @@ CLI::Validator timeSpan();
 /// A name that is not empty.
 CLI::Validator someName();
 
-/// A name for a .t4d file: any but those with the extension of a triangle mesh, .vdb or .json.
-CLI::Validator noOtherFormat();
+/// The name of an output file: one that ends with one of these extensions, in upper or lower case,
+/// so that a mistyped name replaces no file of another kind. Devices and pipes, and `-` for the
+/// standard output, have no extension.
+CLI::Validator outputFile(std::vector<std::string_view> extensions);
 
-/// A file name that ends with .vdb.
-CLI::Validator vdbFile();
+CLI::Validator htmlFile();
+
+/// The same for a file whose extension tells what is written.
+CLI::Validator outputByExtension(std::vector<std::string_view> extensions);
 
 /// A file name with the extension of a triangle mesh that can be written.
 CLI::Validator writableTriangleMesh();
 
-using verbs::misuseOfOutput;
-using verbs::misuseOfOutputs;
-
-/// Fails if one of these files cannot be written, so that it shows before the work and not after
-/// it. Empty names are skipped.
-Result<void> checkWritable(std::span<const std::string> outputs);
+/// Fails if one of these files cannot be written, if two of them are one, or if one is an input,
+/// so that it shows before the work and not after it. Empty names are skipped.
+Result<void> checkOutputs(std::span<const std::string> outputs,
+                          std::span<const std::string> inputs = {});
 
 }  // namespace t4d::tools

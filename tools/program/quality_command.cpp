@@ -122,24 +122,19 @@ Result<void> writePage(formats::OutputFile& file, const verbs::QualityReport& re
 
 /// Why these options cannot be.
 std::optional<std::string> misuseOf(const QualityArguments& options) {
-  for (const std::string& output : {options.quality.output, options.html}) {
-    if (output.empty()) continue;
-    if (auto misuse = misuseOfOutput(output, {&options.input, 1})) return misuse;
-  }
   if (!options.quality.attributes.empty() && options.quality.output.empty()) {
     return "--attributes are written to a file; name it with -o";
   }
   if (options.part.isGiven() && !options.html.empty()) {
     return "--part and --html exclude each other: the page is of the whole mesh";
   }
-  return misuseOfOutputs(std::array{options.quality.output, options.html});
+  return std::nullopt;
 }
 
 int run(QualityArguments& options) {
   if (const auto misuse = misuseOf(options)) return wrongUsage(*misuse);
-  if (auto writable = checkWritable({{options.quality.output}}); !writable) {
-    return report(writable.error());
-  }
+  const std::array outputs = {options.quality.output, options.html};
+  if (auto good = checkOutputs(outputs, {&options.input, 1}); !good) return report(good.error());
   const auto input = verbs::openInput(options.input, options.only);
   if (!input) return report(input.error());
   // A file with measures has a slab of each body.
@@ -198,7 +193,7 @@ void addQuality(CLI::App& app, int& exitCode) {
       ->add_option("-o,--output", options->quality.output,
                    "Output file (.t4d): the mesh with measures as cell attributes")
       ->check(someName())
-      ->check(noOtherFormat());
+      ->check(outputFile({".t4d"}));
   std::vector<std::string> names;
   for (const auto& one : kQualityMeasures) names.emplace_back(one.name);
   command
@@ -210,7 +205,7 @@ void addQuality(CLI::App& app, int& exitCode) {
   command
       ->add_option("--html", options->html,
                    "Write a page with histograms and pictures of the worst cells")
-      ->check(someName());
+      ->check(htmlFile());
   options->only.addTo(*command);
   options->part.addTo(*command,
                       "Measure only part K of N of the slabs; `t4d join` joins the reports");

@@ -108,7 +108,6 @@ void printLosses(const std::vector<formats::T4dLoss>& lost) {
 }
 
 int run(const std::string& input, const std::string& output, bool json) {
-  if (const auto misuse = misuseOfOutput(output, {&input, 1})) return wrongUsage(*misuse);
   Result<verbs::RecoverReport> recovered;
   {
     ProgressBar bar("recovering");
@@ -139,7 +138,7 @@ void addRecover(CLI::App& app, int& exitCode) {
   command->add_option("-o,--output", *output, "Output file (.t4d)")
       ->required()
       ->check(someName())
-      ->check(noOtherFormat());
+      ->check(outputFile({".t4d"}));
   command->add_flag("--json", *json, "Print JSON");
   command->footer("Example:\n  t4d recover broken.t4d -o fixed.t4d");
   command->callback([=, &exitCode] { exitCode = run(*input, *output, *json); });

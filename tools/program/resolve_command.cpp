@@ -121,14 +121,9 @@ void printOpenQuestions(const verbs::ResolveReport& resolved) {
 int run(ResolveArguments& options) {
   const std::string& output = options.resolve.output;
   const std::array inputs = {options.obstacles, options.input};
-  for (const std::string& file : {output, options.html}) {
-    if (file.empty()) continue;
-    if (const auto misuse = misuseOfOutput(file, inputs)) return wrongUsage(*misuse);
+  if (auto good = checkOutputs(std::array{output, options.html}, inputs); !good) {
+    return report(good.error());
   }
-  if (const auto misuse = misuseOfOutputs(std::array{output, options.html})) {
-    return wrongUsage(*misuse);
-  }
-  if (auto writable = checkWritable({{output}}); !writable) return report(writable.error());
   const auto input = openBoth(options);
   if (!input) return report(input.error());
   std::optional<formats::OutputFile> html;
@@ -204,7 +199,7 @@ void addResolve(CLI::App& app, int& exitCode) {
   command
       ->add_option("--html", options->html,
                    "Write a page with plots over time and pictures before and after")
-      ->check(someName());
+      ->check(htmlFile());
   command->add_flag("--json", options->json, "Print JSON");
   command->footer("Example:\n  t4d resolve plate.t4d ball.t4d --clearance 0.1 -o dented.t4d");
   command->callback([=, &exitCode] { exitCode = run(*options); });

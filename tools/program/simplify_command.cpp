@@ -45,16 +45,6 @@ void printReport(const verbs::SimplifyReport& report, const std::string& output)
         sizeText(report.bytesBefore), report.seconds, sizeText(peakBytes()));
 }
 
-/// Why these options cannot be.
-std::optional<std::string> misuseOf(const SimplifyArguments& options) {
-  const std::array outputs = {options.simplify.output, options.html};
-  for (const std::string& output : outputs) {
-    if (output.empty()) continue;
-    if (auto misuse = misuseOfOutput(output, {&options.input, 1})) return misuse;
-  }
-  return misuseOfOutputs(outputs);
-}
-
 Result<void> writePage(const SimplifyArguments& options, const formats::Metadata& metadata,
                        const verbs::SimplifyReport& report, formats::OutputFile& file) {
   const std::string page = simplifyPage(options.input, options.simplify.output, metadata, report);
@@ -62,7 +52,8 @@ Result<void> writePage(const SimplifyArguments& options, const formats::Metadata
 }
 
 int run(SimplifyArguments& options) {
-  if (const auto misuse = misuseOf(options)) return wrongUsage(*misuse);
+  const std::array outputs = {options.simplify.output, options.html};
+  if (auto good = checkOutputs(outputs, {&options.input, 1}); !good) return report(good.error());
   std::optional<formats::OutputFile> page;
   if (!options.html.empty()) {
     auto file = formats::OutputFile::create(options.html);
@@ -101,7 +92,7 @@ void addSimplify(CLI::App& app, int& exitCode) {
   addT4dOutputOption(*command, simplify.output);
   command
       ->add_option("--max-error", simplify.maxError,
-                   "Maximum distance of slices (default: 0.001 of the size of the mesh)")
+                   "Maximum distance of slices (default: 0.001 of the size of each body)")
       ->check(numberAboveZero());
   auto* ratio = command->add_option("--ratio", simplify.ratio, "Part of the cells to keep, up to 1")
                     ->check(numberAboveZero());
@@ -126,7 +117,7 @@ void addSimplify(CLI::App& app, int& exitCode) {
   command
       ->add_option("--html", options->html,
                    "Write a page with the numbers and slices of both side by side")
-      ->check(someName());
+      ->check(htmlFile());
   command->add_flag("--json", options->json, "Print JSON");
   command->footer(
       "Example:\n  t4d simplify ball.t4d --max-error 0.05 -o small.t4d\n"

@@ -41,7 +41,6 @@ slice::Hyperplane hyperplaneOf(const SliceArguments& options) {
 /// Why these options cannot be.
 std::optional<std::string> misuseOf(const SliceArguments& options) {
   const verbs::SliceOptions& how = options.slice;
-  if (auto misuse = misuseOfOutput(how.output, {&options.input, 1})) return misuse;
   const std::string& color = how.write.color;
   if ((color == "time" || color == "speed") && !how.time) {
     return fmt::format("--color {}: colours are those of a slice at a time (--time)", color);

@@ -13,7 +13,7 @@ void addT4dOutputOption(CLI::App& command, std::string& path) {
   command.add_option("-o,--output", path, "Output file (.t4d), or - for standard output")
       ->required()
       ->check(someName())
-      ->check(noOtherFormat());
+      ->check(outputFile({".t4d"}));
 }
 
 void addCompressionOption(CLI::App& command, int& level) {

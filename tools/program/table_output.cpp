@@ -10,8 +10,8 @@
 namespace t4d::tools {
 
 bool isTableOrPlot(const std::string& path) {
-  constexpr std::string_view kExtensions[] = {".csv", ".json", ".svg", ".png"};
-  return std::ranges::find(kExtensions, formats::lowerCaseExtension(path)) != std::end(kExtensions);
+  return std::ranges::find(kTablesAndPlots, formats::lowerCaseExtension(path)) !=
+         kTablesAndPlots.end();
 }
 
 Result<std::string> plotFile(const std::string& path, std::string svg) {

@@ -44,12 +44,12 @@ std::optional<std::string> misuseOf(const TransformArguments& options) {
   if (std::ranges::any_of(options.scale, isZero)) return "--scale: 0 leaves no solid";
   const auto& r = options.rotate;
   if (!r.empty() && r[0] == 0 && r[1] == 0 && r[2] == 0) return "--rotate: the axis is 0 0 0";
-  if (options.matrix.empty()) return misuseOfOutput(options.transform.output, {&options.input, 1});
+  if (options.matrix.empty()) return std::nullopt;
   model::Transform matrix;
   matrix.space =
       Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(options.matrix.data());
   if (matrix.flattens()) return "--matrix leaves no solid: its determinant is 0, up to rounding";
-  return misuseOfOutput(options.transform.output, {&options.input, 1});
+  return std::nullopt;
 }
 
 verbs::TransformOptions optionsOf(const TransformArguments& arguments) {

@@ -241,10 +241,7 @@ void printReport(const WeaveArguments& options, const verbs::WeaveReport& report
   if (const auto rounding = options.output.coding.rounding()) print("  {}\n", *rounding);
 }
 
-int run(const WeaveArguments& options) {
-  for (const auto& inputs : {options.frames, options.reading.velocityFiles}) {
-    if (const auto misuse = misuseOfOutput(options.output.path, inputs)) return wrongUsage(*misuse);
-  }
+int run(WeaveArguments& options) {
   const auto kind = verbs::frameKindOf(options.frames);
   if (!kind) return report(kind.error());
   if (const auto misuse = misuseOfInput(options, *kind)) return wrongUsage(*misuse);

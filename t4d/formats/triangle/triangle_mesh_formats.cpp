@@ -46,12 +46,14 @@ std::string readableTriangleMeshExtensions() {
   return listed(extensions);
 }
 
-std::string writableTriangleMeshExtensions() {
+std::vector<std::string_view> writableTriangleMeshes() {
   std::vector<std::string_view> extensions;
   for (const auto& format : triangleMeshFormats()) {
     if (format.write != nullptr) extensions.push_back(format.extension);
   }
-  return listed(extensions);
+  return extensions;
 }
+
+std::string writableTriangleMeshExtensions() { return listed(writableTriangleMeshes()); }
 
 }  // namespace t4d::formats

@@ -45,6 +45,9 @@ const TriangleMeshFormat* triangleMeshFormat(const std::filesystem::path& path);
 /// Fails for a file that is no triangle mesh by its extension, or one that is written, not read.
 Result<void> checkMeshExtension(const std::filesystem::path& path);
 
+/// The extensions that can be written.
+std::vector<std::string_view> writableTriangleMeshes();
+
 /// The extensions that can be read and those that can be written, for messages: ".stl, .obj or
 /// .ply".
 std::string readableTriangleMeshExtensions();

@@ -139,7 +139,7 @@ TEST_F(Program, WritesAndReadsUsd) {
   EXPECT_EQ(run("flipbook cube.t4d -n 2 --exact -o e.usda").exitCode, 0);
   misused("flipbook cube.t4d -n 2 --visibility -o f.usda", "--visibility is for glTF");
   misused("flipbook cube.t4d -n 2 --quantize 12 -o f.usda", "--quantize: only .glb and .gltf");
-  misused("flipbook cube.t4d -n 2 -o f.usdc", "is not a .glb, .gltf, .usda or .usdz file");
+  misused("flipbook cube.t4d -n 2 -o f.usdc", "does not end with .glb, .gltf, .usda or .usdz");
   misused("sweep f.usda --animation x -o a.t4d",
           "--animation and --scene are for an animated glTF");
   refuses("sweep f.usdc -o a.t4d", "f.usdc: no such file");

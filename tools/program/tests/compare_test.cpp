@@ -83,7 +83,7 @@ TEST_F(Program, CompareSaysWhatIsWrong) {
   EXPECT_EQ(run("compare cube.t4d cube.t4d --times 0:1:0").exitCode, 2);
   refuses("compare cube.t4d cube.t4d --times 60:70:2", "last from 0 to 64");
   refuses("compare cube.t4d fx/cube.obj", "fx/cube.obj");
-  const std::string rest = " --voxel-size 1 --frames 9 --html out.glb";
+  const std::string rest = " --voxel-size 1 --frames 9 --html out.html";
   refuses("compare fx/cube.obj -m nothing.json" + rest, "nothing.json");
   refuses("compare fx/nothing.obj -m fx/rest.json" + rest, "nothing.obj");
   misused("compare fx/cube.obj -m fx/rest.json --voxel-size 1 --frames 1",

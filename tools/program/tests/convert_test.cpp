@@ -81,7 +81,7 @@ TEST_F(Program, ConvertMendsCutsAndRefuses) {
   EXPECT_EQ(open.exitCode, 0);
   EXPECT_FALSE(open.value()["closed"]);
   refuses("convert open.t4d no.off", "--allow-open");
-  refuses("convert whole.off whole.off", "is the input itself", 2);
+  refuses("convert whole.off whole.off", "is an input of this run", 2);
   refuses("convert whole.off out.xyz", "unsupported output extension", 2);
   refuses("convert whole.off out.t4d --from medit", "whole.off");
   refuses("convert fx/cube.obj out.t4d", "is not a 4D mesh in a known format");
@@ -109,9 +109,8 @@ TEST_F(Program, ConvertNotesChoicesThatMayBeMistakes) {
       notes("fx/16-cell.off a.t4d --slabs 9"),
       testing::HasSubstr("cut into 2 slabs, not 9: its vertices have only 3 different times"));
   EXPECT_THAT(notes("fx/600-cell.off a.vtu --slabs 2"), testing::HasSubstr("has no slabs"));
-  EXPECT_THAT(notes("fx/16-cell.off a.vtu --to gmsh"),
-              testing::HasSubstr("a.vtu: written as Gmsh MSH 4.1, the time as node data, as --to "
-                                 "says; its extension is that of VTK"));
+  misused("convert fx/16-cell.off a.vtu --to gmsh", "'a.vtu' does not end with .msh, as gmsh does");
+  misused("convert fx/16-cell.off scan.nii.gz --to t4d", "does not end with .t4d, as t4d does");
   EXPECT_THAT(notes("fx/16-cell.off b.off --to off-ijk"), testing::Not(testing::HasSubstr("--to")));
 }
 

@@ -130,11 +130,11 @@ TEST_F(Program, PartsOfTheFieldsOfAnEnvelopeAreRefusedWhereTheyCannotBe) {
   flipped[flipped.size() - 9] ^= 1;
   write("flipped.vdb", flipped);
   refuses("join v-1.vdb flipped.vdb -o no.vdb", "flipped.vdb: is damaged, or was changed");
-  misused("join v-1.vdb v-2.vdb", "name the field (.vdb) of all parts");
-  misused("join v-1.vdb v-2.vdb -o no.t4d", "name the field (.vdb) of all parts");
+  misused("join v-1.vdb v-2.vdb", "--output is required");
+  misused("join v-1.vdb v-2.vdb -o no.t4d", "does not end with .vdb");
   misused("join v-1.vdb cube.t4d -o no.vdb", "not joined with other files");
-  misused("join v-1.vdb v-2.vdb --manifest -o no.t4dm", "are for meshes (.t4d)");
-  misused("join v-1.vdb v-2.vdb -o v-1.vdb", "is the input itself");
+  misused("join v-1.vdb v-2.vdb --manifest -o no.t4dm", "is for meshes (.t4d)");
+  misused("join v-1.vdb v-2.vdb -o v-1.vdb", "is an input of this run");
   EXPECT_FALSE(fs::exists(folder_ / "no.vdb"));
 }
 

@@ -35,7 +35,7 @@ TEST_F(Program, SimplifyKeepsItsPromise) {
   ASSERT_EQ(run("transform cube.t4d --time-scale 1e9 -o slow.t4d").exitCode, 0);
   const Finished needles = run("simplify slow.t4d --ratio 0.5 --time-scale 1 -o half.t4d");
   EXPECT_NE(needles.err.find("is a better scale"), std::string::npos) << needles.err;
-  misused("simplify cube.t4d --ratio 0.5 --html half.t4d -o half.t4d", "two outputs");
+  misused("simplify cube.t4d --ratio 0.5 --html half.t4d -o half.t4d", "does not end with .html");
   misused("simplify cube.t4d --ratio 2 -o out.t4d", "not above 0 and at most 1");
   misused("simplify cube.t4d --max-error 1e-12 -o out.t4d", "allow at least");
   misused("simplify cube.t4d --ratio 0.5 --preserve nothing -o out.t4d", "no attribute 'nothing'");

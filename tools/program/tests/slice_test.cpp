@@ -145,7 +145,7 @@ TEST_F(Program, RefusesTimesOutsideAndUnknownOutputs) {
   misused("slice cube.t4d --time 1 -o out.xyz",
           ".stl, .obj, .ply, .off, .vtp, .gltf, .glb, .usda or .usdz");
   misused("flipbook cube.t4d --frames 2 -o out.stl", "--output: ");
-  misused("recover cube.t4d -o out.stl", "has the name of another format; a .t4d is written");
+  misused("recover cube.t4d -o out.stl", "does not end with .t4d");
   misused("flipbook cube.t4d --frames 2.5 -o out.glb",
           "--frames: '2.5' is not a whole number from 1 to 100000");
   misused("flipbook cube.t4d --frames 2 --fps 0 -o out.glb", "--fps: '0' is not a number above 0");
