@@ -9,8 +9,11 @@
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/t4d/layout.h"
 #include "t4d/formats/t4d/member_reader.h"
+#include "t4d/formats/t4d/names.h"
 #include "t4d/formats/t4d/url.h"
 #include "t4d/formats/text/json_check.h"
+#include "t4d/formats/text/json_object.h"
+#include "t4d/system/regular_file.h"
 
 namespace t4d::formats {
 namespace {
@@ -59,6 +62,20 @@ std::string folderOf(const std::string& pathOrUrl) {
 /// A URL without what follows its path.
 std::string pathOfUrl(const std::string& url) { return url.substr(0, url.find_first_of("?#")); }
 
+/// Fails for a link that leads out of the folder of the manifest.
+Result<void> checkNoLinkOut(const std::filesystem::path& place,
+                            const std::filesystem::path& manifest) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(place, ignored) ||
+      system::isWithinFolder(place, manifest.parent_path())) {
+    return {};
+  }
+  return invalid(fmt::format("is a link to a file outside of the folder of {}, which is not read; "
+                             "copy the file there",
+                             manifest.string()),
+                 place.string());
+}
+
 Result<std::filesystem::path> placeOf(const std::string& path, const std::string& manifest) {
   const std::string scheme = schemeOf(path);
   if (scheme == "http" || scheme == "https") return std::filesystem::path(path);
@@ -71,8 +88,12 @@ Result<std::filesystem::path> placeOf(const std::string& path, const std::string
                     "or an http:// or https:// URL",
                     shownName(path)));
   }
-  const bool remote = !schemeOf(manifest).empty();
-  return std::filesystem::path(folderOf(remote ? pathOfUrl(manifest) : manifest) + path);
+  if (!schemeOf(manifest).empty()) {
+    return std::filesystem::path(folderOf(pathOfUrl(manifest)) + path);
+  }
+  std::filesystem::path place = folderOf(manifest) + path;
+  if (auto good = checkNoLinkOut(place, manifest); !good) return good.error();
+  return place;
 }
 
 Result<ManifestPart> takePart(const ManifestJson& json, std::size_t number,
@@ -154,7 +175,7 @@ Result<ManifestJson> parseManifestJson(const std::string& text, const std::strin
   try {
     json = ManifestJson::parse(text);
   } catch (const ManifestJson::exception& error) {
-    return invalid(fmt::format("is not JSON: {}", error.what()));
+    return invalid("is not JSON: " + jsonMessage(error));
   }
   return json;
 }
@@ -300,7 +321,14 @@ Result<std::string> pathInManifest(const std::filesystem::path& place,
                     manifest.string()),
         place.string());
   }
-  return path.generic_string();
+  if (auto good = checkNoLinkOut(place, manifest); !good) return good.error();
+  std::string name = path.generic_string();
+  if (!isUtf8(name)) {
+    return fail(ErrorCode::Options,
+                "has a name that is not UTF-8, which a manifest cannot hold; rename the file",
+                place.string());
+  }
+  return name;
 }
 
 Error inPart(Error error, const ManifestPart& part, const std::string& manifest) {

@@ -201,6 +201,12 @@ TEST_F(FileInParts, RefusesAManifestThatIsWrong) {
                                     "ftp://host/piece2.t4d", "file:///etc/passwd"}) {
     EXPECT_THAT(path(leaving), HasSubstr("without '..', or an http://")) << leaving;
   }
+  const system::TestFolder elsewhere;
+  std::filesystem::copy_file(parts_[1], elsewhere / "piece2.t4d");
+  const std::filesystem::path link = temporaryPath("link.t4d");
+  std::filesystem::remove(link);
+  std::filesystem::create_symlink(elsewhere / "piece2.t4d", link);
+  EXPECT_THAT(path("link.t4d"), HasSubstr("link.t4d: is a link to a file outside of the folder"));
   EXPECT_THAT(path("nothing.t4d"), HasSubstr("nothing.t4d: cannot open"));
   EXPECT_THAT(path("cube.t4dm"), HasSubstr("cube.t4dm: is not the part"));
   EXPECT_THAT(errorWith([](auto& json) { json["parts"].erase(1); }),
