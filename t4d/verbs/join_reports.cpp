@@ -8,7 +8,9 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/formats/input_file.h"
+#include "t4d/formats/text/json_check.h"
 #include "t4d/verbs/json_text.h"
+#include "t4d/verbs/part_report.h"
 #include "t4d/verbs/quality_parts.h"
 #include "t4d/verbs/validate_parts.h"
 
@@ -40,7 +42,8 @@ const std::map<std::string, Rules, std::less<>>& rulesOfVerbs() {
       {"parts_lost", Rule::Append},
   };
   static const std::map<std::string, Rules, std::less<>> kRules = {
-      {"measure", {{"samples", Rule::Append}}},
+      {"measure",
+       {{"length_unit", Rule::First}, {"time_unit", Rule::First}, {"samples", Rule::Append}}},
       {"collide", {{"pairs", Rule::Append}, {"ignored", Rule::First}, {"mended", Rule::First}}},
       {"voxelize", kGrids},
       {"rasterize", kGrids},
@@ -88,6 +91,7 @@ struct Report {
 Result<Report> readReport(const std::filesystem::path& path) {
   const auto file = formats::readInputFile(path);
   if (!file) return file.error();
+  if (auto sound = formats::checkJson(file->bytes, path.string()); !sound) return sound.error();
   Report report{path, ordered_json::parse(file->bytes, nullptr, false)};
   if (report.json.is_discarded()) return invalid("is not JSON", path.string());
   try {
@@ -95,6 +99,7 @@ Result<Report> readReport(const std::filesystem::path& path) {
     for (const char* name : {"verb", "version"}) part.at(name).get<std::string>();
     for (const char* name : {"number", "count"}) part.at(name).get<std::uint64_t>();
     part.at("options").items();
+    part.at("checksums").items();
     return report;
   } catch (const ordered_json::exception&) {
     return invalid("is not the report of a part", path.string(), Remedy::PartReports);
@@ -155,6 +160,15 @@ Result<void> putInOrder(std::vector<Report>& reports) {
   if (reports.size() == count) return {};
   return invalid(fmt::format("part {} of {} is missing", reports.size() + 1, count),
                  reports.back().file.string());
+}
+
+/// Fails for a report that is not as the verb wrote it.
+Result<void> checkWhole(const Report& report) {
+  const auto altered = alteredMember(report.json);
+  if (!altered) return {};
+  return invalid(fmt::format("'{}' is not what {} wrote, by its checksum; make the report again",
+                             *altered, report.part().at("verb").get<std::string>()),
+                 report.file.string());
 }
 
 ordered_json added(const ordered_json& a, const ordered_json& b) {
@@ -243,6 +257,9 @@ Result<JoinedReport> joinReports(const std::vector<std::filesystem::path>& files
   }
   if (reports.empty()) return invalid("no report is to be joined");
   if (auto good = putInOrder(reports); !good) return good.error();
+  for (const Report& report : reports) {
+    if (auto whole = checkWhole(report); !whole) return whole.error();
+  }
   std::vector<ordered_json> values;
   for (Report& report : reports) values.push_back(std::move(report.json));
   const std::string verb = values.front().at("part").at("verb");

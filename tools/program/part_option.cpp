@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "t4d/verbs/json_text.h"
+#include "t4d/verbs/part_report.h"
 #include "tools/program/console.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/version.h"
@@ -61,7 +62,8 @@ std::optional<int> PartOption::settle(std::uint64_t most, std::string_view thing
                                 things, grouped(chosen().count)));
 }
 
-ordered_json PartOption::json(ordered_json input, ordered_json state) const {
+ordered_json PartOption::reportOf(ordered_json report, ordered_json input,
+                                  ordered_json state) const {
   auto words = ordered_json::object();
   addWords(*command_, words);
   ordered_json part = {{"verb", command_->get_name()},
@@ -71,16 +73,16 @@ ordered_json PartOption::json(ordered_json input, ordered_json state) const {
                        {"options", std::move(words)}};
   if (!input.is_null()) part["input"] = std::move(input);
   if (!state.is_null()) part["state"] = std::move(state);
-  return part;
+  report["part"] = std::move(part);
+  verbs::addChecksums(report);
+  return report;
 }
 
 std::string PartOption::inReport(const std::string& report,
                                  const std::function<ordered_json()>& input,
                                  ordered_json state) const {
   if (!isGiven()) return report;
-  auto value = ordered_json::parse(report);
-  value["part"] = json(input(), std::move(state));
-  return verbs::jsonText(value);
+  return verbs::jsonText(reportOf(ordered_json::parse(report), input(), std::move(state)));
 }
 
 void addNoPartOption(CLI::App& command, const std::string& why) {

@@ -31,10 +31,11 @@ class PartOption {
   /// `most`, the number of `things` (such as "steps"), prints that and returns the exit code.
   std::optional<int> settle(std::uint64_t most, std::string_view things) const;
 
-  /// The member `part` of a report, for `t4d join`: which part it is of which run. `input` says
-  /// what is equal for all runs with the same input, `state` what the report itself does not.
-  nlohmann::ordered_json json(nlohmann::ordered_json input = {},
-                              nlohmann::ordered_json state = {}) const;
+  /// The report on a part, with the member `part`, for `t4d join`: which part it is of which run,
+  /// and checksums of what the report holds. `input` says what is equal for all runs with the same
+  /// input, `state` what the report itself does not.
+  nlohmann::ordered_json reportOf(nlohmann::ordered_json report, nlohmann::ordered_json input,
+                                  nlohmann::ordered_json state = {}) const;
 
   /// A report in JSON, which has that member if it is one of a part; `input` is asked for only
   /// then.

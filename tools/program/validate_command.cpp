@@ -1,3 +1,5 @@
+#include <functional>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -45,16 +47,16 @@ struct ValidateArguments {
   PartOption part;
 };
 
+using Completion = std::function<nlohmann::ordered_json(nlohmann::ordered_json report)>;
+
 void printReport(const ValidateArguments& options, const verbs::Validation& validation,
-                 nlohmann::ordered_json part = {}) {
-  if (!options.json) {
-    const std::string& path = options.path;
-    printText(path == "-" ? "standard input" : formats::shownName(path), validation);
+                 const Completion& complete = std::identity()) {
+  if (options.json) {
+    printJson(complete(verbs::jsonOf(validation, options.deep)));
     return;
   }
-  nlohmann::ordered_json value = verbs::jsonOf(validation, options.deep);
-  if (!part.is_null()) value["part"] = std::move(part);
-  printJson(value);
+  const std::string& path = options.path;
+  printText(path == "-" ? "standard input" : formats::shownName(path), validation);
 }
 
 /// Into how many parts the file can be divided, and what is the same in all of them.
@@ -81,7 +83,9 @@ int runPart(const ValidateArguments& options) {
   }
   if (!found) return report(found.error());
   const verbs::Validation validation = verbs::validationOf(*found);
-  printReport(options, validation, options.part.json(std::move(input), verbs::stateOf(*found)));
+  printReport(options, validation, [&](nlohmann::ordered_json report) {
+    return options.part.reportOf(std::move(report), input, verbs::stateOf(*found));
+  });
   return validation.valid() ? kDone : kInvalid;
 }
 

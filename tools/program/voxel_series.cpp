@@ -83,7 +83,7 @@ int reportVoxelSeries(const VoxelSeriesOptions& options, std::size_t frames,
     result.update(nlohmann::ordered_json::parse(verbs::jsonOf(written, peakBytes())));
     if (options.part.isGiven()) {
       identity["frames"] = frames;
-      result["part"] = options.part.json(std::move(identity));
+      result = options.part.reportOf(std::move(result), std::move(identity));
     }
     printJson(result);
   } else {

@@ -1,9 +1,11 @@
+#include <algorithm>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "tools/program/tests/program.h"
 
-/// `t4d join` of meshes.
+/// `t4d join` of meshes, and of reports.
 namespace t4d::tools {
 namespace {
 
@@ -67,9 +69,9 @@ TEST_F(Program, JoinsTheHalvesThatTwoProcessesSweep) {
   ASSERT_EQ(run("join parts.t4dm -o again.t4d").exitCode, 0);
   EXPECT_EQ(contents(folder_ / "again.t4d"), contents(folder_ / "joined.t4d"));
   refuses("join a.t4d b.t4d -o no.t4dm", "add --manifest", 2);
-  refuses("join a.t4d b.t4d --manifest -o no.t4d", "ends in .t4dm", 2);
+  refuses("join a.t4d b.t4d --manifest -o no.t4d", "does not end with .t4dm", 2);
   refuses("join a.t4d --manifest -o fx/no.t4dm", "is not in the folder of", 2);
-  refuses(sweep + "-o no.t4dm", "has the name of another format", 2);
+  refuses(sweep + "-o no.t4dm", "does not end with .t4d", 2);
   refuses("recover parts.t4dm -o no.t4d", "is a file in parts");
   ASSERT_EQ(run("view parts.t4dm -o parts.html --json").exitCode, 0);
   fs::rename(folder_ / "b.t4d", folder_ / "away.t4d");
@@ -81,7 +83,7 @@ TEST_F(Program, JoinsTheHalvesThatTwoProcessesSweep) {
   refuses("join b.t4d a.t4d -o no.t4d", "cannot be joined after b.t4d");
   refuses("join a.t4d a.t4d -o no.t4d", "the body 'torus' begins at time");
   refuses("join a.t4d fx/torus.obj -o no.t4d", "torus.obj: byte 0: is not a .t4d file");
-  refuses("join a.t4d b.t4d -o a.t4d", "is the input itself", 2);
+  refuses("join a.t4d b.t4d -o a.t4d", "is an input of this run", 2);
   refuses("join -o no.t4d", "PART is required", 2);
   refuses("join a.t4d b.t4d -o no.t4d --plan", "--plan", 2);
 
@@ -89,6 +91,80 @@ TEST_F(Program, JoinsTheHalvesThatTwoProcessesSweep) {
   refuses(sweep + "--part 1/2 --center -o no.t4d", "--part and --center", 2);
   refuses(sweep + "--steps 1 --part 1/1000 -o no.t4d", "too few for 1000 parts");
   refuses("slice - --time 1 -o no.ply", "standard input: slabs are read at their offsets");
+}
+
+/// A value, and the members and elements that lead to it.
+using Place = json::json_pointer;
+
+/// Places of a report: of long lists those in the first and the last element.
+void addPlaces(const json& value, const Place& place, std::vector<Place>& places) {
+  places.push_back(place);
+  if (value.is_object()) {
+    for (const auto& [name, member] : value.items()) addPlaces(member, place / name, places);
+  }
+  if (!value.is_array() || value.empty()) return;
+  addPlaces(value.front(), place / 0, places);
+  if (value.size() > 1) addPlaces(value.back(), place / (value.size() - 1), places);
+}
+
+/// What a value may become by mistake.
+std::vector<json> mistakesOf(const json& value) {
+  std::vector<json> mistakes;
+  if (value.is_number()) mistakes.emplace_back(value.dump());
+  if (value.is_boolean()) mistakes.emplace_back(!value.get<bool>());
+  if (value.is_array() && !value.empty()) {
+    json shorter = value;
+    shorter.erase(0);
+    json longer = value;
+    longer.push_back(value.back());
+    json reversed = value;
+    std::reverse(reversed.begin(), reversed.end());
+    mistakes.insert(mistakes.end(), {shorter, longer});
+    if (reversed != value) mistakes.push_back(reversed);
+  }
+  return mistakes;
+}
+
+TEST_F(Program, AReportOnAPartThatWasChangedIsNotJoined) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  for (const std::string verb : {"measure cube.t4d --frames 4", "validate cube.t4d",
+                                 "quality cube.t4d", "compress cube.t4d -o small.t4d",
+                                 "rasterize cube.t4d --voxel-size 4 --frames 4 -o grids"}) {
+    SCOPED_TRACE(verb);
+    const std::string text = run(verb + " --json --part 1/2").out;
+    write("1.json", text);
+    write("2.json", run(verb + " --json --part 2/2").out);
+    EXPECT_EQ(run("join 1.json 2.json").exitCode, 0);
+    const json whole = json::parse(text);
+    std::vector<Place> places;
+    addPlaces(whole, Place(), places);
+    for (const Place& place : places) {
+      for (const json& mistake : mistakesOf(whole[place])) {
+        json changed = whole;
+        changed[place] = mistake;
+        write("changed.json", changed.dump());
+        const std::string path = place.to_string();
+        const std::string name = path.substr(1, path.find('/', 1) - 1);
+        // Of `part` other members may come first that must be equal in all parts.
+        refuses("join changed.json 2.json",
+                name == "part" ? ".json: " : "changed.json: '" + name + "'");
+      }
+    }
+    for (const auto& [name, value] : whole.items()) {
+      json without = whole;
+      without.erase(name);
+      write("changed.json", without.dump());
+      refuses("join changed.json 2.json", name == "part"
+                                              ? "changed.json: is not the report of a part"
+                                              : "changed.json: '" + name + "'");
+      json more = whole;
+      more[name + "2"] = value;
+      write("changed.json", more.dump());
+      refuses("join changed.json 2.json", "changed.json: '" + name + "2'");
+      write("changed.json", "{\"" + name + "\": 1, " + whole.dump().substr(1));
+      refuses("join changed.json 2.json", name);
+    }
+  }
 }
 
 }  // namespace
