@@ -40,7 +40,7 @@ std::string shortened(const std::string& text) {
 
 /// The length of the character of UTF-8 at the beginning of a text; 0 for what is none, and for
 /// characters that command a terminal: controls, and those that change the direction of writing.
-std::size_t printable(std::string_view text) {
+std::size_t printableLength(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned first = byte(0);
   if (first < 0x80) return first >= 0x20 && first != 0x7F ? 1 : 0;
@@ -92,10 +92,23 @@ int printError() {
 
 std::string shown(std::string_view text) {
   std::string result;
+  while (true) {
+    const auto end = text.find('\n');
+    result += shownLine(text.substr(0, end));
+    if (end == text.npos) return result;
+    result += '\n';
+    text.remove_prefix(end + 1);
+  }
+}
+
+std::string shownLine(std::string_view text) {
+  std::string result;
   result.reserve(text.size());
   while (!text.empty()) {
-    const std::size_t length = text.front() == '\n' ? 1 : printable(text);
-    if (length == 0) {
+    const std::size_t length = printableLength(text);
+    if (text.front() == '\n') {
+      result += "\\n";
+    } else if (length == 0) {
       result += fmt::format("\\x{:02x}", static_cast<unsigned char>(text.front()));
     } else {
       result += text.substr(0, length);
@@ -107,7 +120,7 @@ std::string shown(std::string_view text) {
 
 void sayAsIs(const std::string& text) { printOnStandardError(shown(shortened(text))); }
 
-void say(const std::string& message) { sayAsIs("t4d: " + message + "\n"); }
+void say(const std::string& message) { sayAsIs("t4d: " + shownLine(message) + "\n"); }
 
 int wrongUsage(const std::string& message) {
   say(message);

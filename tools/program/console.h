@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
-#include <utility>
+#include <type_traits>
 #include <vector>
 
 #include <fmt/format.h>
@@ -30,6 +30,9 @@ enum ExitCode : int {
 /// terminal.
 std::string shown(std::string_view text);
 
+/// The same for a name or a sentence, whose line breaks would begin a line of their own: "\\n".
+std::string shownLine(std::string_view text);
+
 /// Turns off progress and notices and, with `results`, what `print` and `printTable` print. Errors,
 /// losses and JSON are still printed.
 void beQuiet(bool results);
@@ -41,9 +44,25 @@ void printText(std::string_view text);
 
 /// Prints a result to standard output, as `shown`.
 void printResult(const std::string& text);
+
+/// A value for `print`: texts as `shownLine`.
+template <class Value>
+decltype(auto) printable(const Value& value) {
+  if constexpr (std::is_convertible_v<const Value&, std::string_view>) {
+    return shownLine(value);
+  } else {
+    return (value);
+  }
+}
+template <class... Values>
+void printValues(fmt::string_view text, const Values&... values) {
+  printResult(fmt::vformat(text, fmt::make_format_args(values...)));
+}
+
+/// Prints a result to standard output. Line breaks are those of `text`, not of the values.
 template <class... Values>
 void print(fmt::format_string<Values...> text, Values&&... values) {
-  printResult(fmt::format(text, std::forward<Values>(values)...));
+  printValues(text, printable(values)...);
 }
 
 /// Prints those of these lines that are not empty, indented as the lines under a result.
@@ -52,7 +71,7 @@ void printExtra(const std::vector<std::string>& lines);
 /// Why something could not be printed to standard output so far, as an errno; 0 if all was.
 int printError();
 
-/// Prints "t4d: ", the message and a line break to standard error, as `shown`; ignores failures.
+/// Prints "t4d: ", the message as `shownLine` and a line break to standard error; ignores failures.
 /// Shortens a message that repeats pages of its input.
 void say(const std::string& message);
 

@@ -7,7 +7,7 @@ namespace t4d::tools {
 
 std::unique_ptr<verbs::Stage> ConsoleObserver::stage(std::string title, std::uint64_t total,
                                                      std::string units) {
-  return std::make_unique<ProgressBar>(std::move(title), total, std::move(units));
+  return std::make_unique<ProgressBar>(shownLine(title), total, std::move(units));
 }
 
 void ConsoleObserver::note(const std::string& notice) { printNotices({notice}); }

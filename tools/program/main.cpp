@@ -112,7 +112,7 @@ int run(int argc, char** argv) {
     std::ostringstream help;
     std::ostringstream wrong;
     const int code = app.exit(error, help, wrong);
-    print("{}", help.str());
+    printResult(help.str());
     sayAsIs(wrong.str());
     return code == 0 ? kDone : kUsage;
   }
