@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 #include <filesystem>
+#include <string_view>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -58,9 +60,34 @@ std::string recoveryHint(const std::string& path) {
                      freeName(path, "-recovered", ".t4d"));
 }
 
+/// By the extension of a file.
+std::string exportHintFor(const std::string& extension) {
+  struct Row {
+    std::vector<std::string_view> extensions;
+    const char* hint;
+  };
+  static const Row kRows[] = {
+      {{".blend"},
+       "it is a Blender file; in Blender, export it as glTF 2.0 (.glb), or as USD (.usda) if its "
+       "meshes deform"},
+      {{".abc"},
+       "it is an Alembic file; import it in Blender, and export it as USD (.usda), or as a point "
+       "cache (.pc2, .mdd) beside an .obj"},
+      {{".step", ".stp", ".iges", ".igs", ".brep", ".fcstd"},
+       "it is a CAD model; in FreeCAD, mesh it and export it as .stl, .obj or .ply"},
+      {{".3mf", ".amf"}, "a program for 3D printing (a slicer) exports it as .stl"},
+      {{".ma", ".mb", ".max", ".c4d", ".hip", ".lwo", ".3dm", ".skp"},
+       "export it as glTF 2.0 (.glb), .fbx or .obj in the program that made it"}};
+  for (const Row& row : kRows) {
+    if (std::ranges::find(row.extensions, extension) != row.extensions.end()) return row.hint;
+  }
+  return {};
+}
+
 /// How to convert a file of one kind to the required kind.
 std::string conversionHint(const std::string& path) {
   const std::string extension = formats::lowerCaseExtension(path);
+  if (std::string hint = exportHintFor(extension); !hint.empty()) return hint;
   const auto* format = formats::triangleMeshFormat(path);
   if (format != nullptr && format->read == nullptr) {  // some begin as 4D meshes do
     return "such files are written, not read; write .ply, .stl or .obj instead";
@@ -105,6 +132,10 @@ std::string fileOf(const Error& error) {
 }
 
 }  // namespace
+
+std::string exportHint(const std::string& path) {
+  return exportHintFor(formats::lowerCaseExtension(path));
+}
 
 std::string hintForFile(const std::string& path) {
   if (!formats::schemeOf(path).empty() || formats::isPipe(path)) return {};
@@ -204,6 +235,14 @@ std::string hintFor(const Error& error) {
       return "try: --offset G53=x,y,z, the machine's zero in the frame of the stock";
     case Remedy::RotaryAxis:
       return "try: --rotary AXIS=table:x,y,z or AXIS=head:x,y,z, as in --rotary A=table:0,0,0";
+    case Remedy::PlainGltf: {
+      const std::string file = error.where.file;
+      if (!formats::schemeOf(file).empty()) return {};
+      return fmt::format("try: gltf-transform copy {} {}, which writes it without compression",
+                         quoted(file), freeName(file, "-plain", ".glb"));
+    }
+    case Remedy::GiveMotion:
+      return "try: --motion FILE, to move it as a whole";
     case Remedy::OtherBodies:
     case Remedy::Motion:
     case Remedy::FrameFormat:
@@ -211,6 +250,7 @@ std::string hintFor(const Error& error) {
     case Remedy::None:
       break;
   }
+  if (std::string hint = exportHint(error.where.file); !hint.empty()) return hint;
   const bool damaged = error.code == ErrorCode::InvalidInput && error.offset;
   return damaged ? recoveryHint(fileOf(error)) : std::string();
 }

@@ -11,7 +11,11 @@ namespace t4d::tools {
 /// A sentence on what to do about the error; empty if there is no advice.
 std::string hintFor(const Error& error);
 
-/// The same for a file that was read as .t4d and is invalid.
+/// Which program exports a model of a format that is not read, such as .blend, as one that is;
+/// empty for all other files.
+std::string exportHint(const std::string& path);
+
+/// A sentence on what to do about a file that was read as .t4d and is invalid.
 std::string hintForFile(const std::string& path);
 
 }  // namespace t4d::tools

@@ -13,6 +13,7 @@
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/console_observer.h"
+#include "tools/program/hints.h"
 #include "tools/program/mending.h"
 #include "tools/program/motion_options.h"
 #include "tools/program/numbers.h"
@@ -266,6 +267,9 @@ void printReport(const verbs::SweepReport& report, const SweepArguments& options
 }
 
 int run(const SweepArguments& options) {
+  for (const std::string& model : options.models) {
+    if (!exportHint(model).empty()) return report(formats::checkMeshExtension(model).error());
+  }
   const SweepKind kind = verbs::sweepKindOf(options.models, options.motion);
   if (const auto misuse = misuseOf(options, kind)) return wrongUsage(*misuse);
   ConsoleObserver observer;

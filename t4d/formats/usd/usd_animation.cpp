@@ -23,7 +23,8 @@ class UsdAnimationReader {
 
   Result<AnimatedScene> read() {
     if (!scene_.animated || !(scene_.played.begin < scene_.played.end)) {
-      return invalid("has no animation: nothing has time samples at two times", file_);
+      return invalid("has no animation: nothing has time samples at two times", file_,
+                     Remedy::GiveMotion);
     }
     made_.notices = scene_.notices;
     made_.losses = scene_.losses;
