@@ -195,7 +195,8 @@ TEST(GltfWriter, KeepsNamesAsFarAsTheyAreUtf8) {
   ASSERT_EQ(lost->size(), 1U);
   EXPECT_NE(lost->front().find("that are not UTF-8"), std::string::npos);
   std::vector<std::string> names;
-  for (const auto& mesh : documentOf(path)["meshes"]) names.push_back(mesh["name"]);
+  const auto document = documentOf(path);
+  for (const auto& mesh : document["meshes"]) names.push_back(mesh["name"]);
   EXPECT_EQ(names, (std::vector<std::string>{"caf_", "caf\xc3\xa9", "a/b"}));
 }
 
