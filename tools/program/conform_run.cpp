@@ -88,7 +88,7 @@ int reportRun(const std::string& tested, const std::string& program,
     if (!written) return report(written.error());
   }
   constexpr std::size_t kShown = 20;
-  print("{}", arguments.json ? conformance::reportJson(tested, program, reports)
+  printResult(arguments.json ? conformance::reportJson(tested, program, reports)
                              : text(arguments.verbose ? reports.size() : kShown));
   return std::ranges::any_of(reports, &conformance::CaseReport::isWrong) ? kFailed : kDone;
 }
