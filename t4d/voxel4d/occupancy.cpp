@@ -500,9 +500,7 @@ Result<Occupancy> occupancyOf(const TriangleMesh& mesh, const Lattice& lattice, 
       return found;
     }
   }
-  auto surface = unionSurface(scene.points, scene.triangles, scene.onSurface);
-  if (!surface) return surface.error();
-  found.surface = std::move(*surface);
+  found.surface = unionSurface(scene.points, scene.triangles, scene.onSurface);
   const auto bucketsOf = [&](const std::vector<Triangle>& triangles) {
     return Buckets(found.surface.points, triangles, scene.onSurface, box);
   };

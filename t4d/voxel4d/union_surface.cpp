@@ -9,7 +9,6 @@
 #include <limits>
 #include <optional>
 
-#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 #include "t4d/model/surface_edges.h"
@@ -24,9 +23,9 @@ using model::Bounds3;
 using model::Point3;
 using model::Triangle;
 
-/// Segments along which triangles meet, in all: each takes 32 bytes, and is the cause of a piece or
-/// two.
-constexpr std::uint64_t kMostCuts = 4'000'000;
+/// Segments along which triangles cross, in all. Solids that overlap have a few for each triangle
+/// where they cross; heaps of needles that all cross each other have more, and would take minutes.
+constexpr std::uint64_t kMostCuts = 500'000;
 
 /// Zero for a triangle that is narrower than the tolerance.
 Point3 normalOf(const std::array<Point3, 3>& t, double tolerance) {
@@ -307,31 +306,34 @@ bool hasOverlappingComponents(std::span<const Point3> points, std::span<const Tr
   });
 }
 
-Result<UnionSurface> unionSurface(std::span<const Point3> points,
-                                  std::span<const Triangle> triangles, double tolerance) {
+UnionSurface unionSurface(std::span<const Point3> points, std::span<const Triangle> triangles,
+                          double tolerance) {
   const Surface surface(points, triangles, tolerance);
-  std::vector<CutTriangle> cut(triangles.size());
+  std::vector<std::vector<PlaneSegment>> cuts(triangles.size());
   std::atomic<bool> meets = false;
-  std::atomic<std::uint64_t> cuts = 0;
+  std::atomic<std::uint64_t> cutCount = 0;
   tbb::parallel_for(std::size_t{0}, triangles.size(), [&](std::size_t i) {
     const auto triangle = static_cast<std::uint32_t>(i);
-    if (!surface.hasArea(triangle) || cuts > kMostCuts) return;
+    if (!surface.hasArea(triangle) || cutCount > kMostCuts) return;
     const Chart chart = surface.chartOf(triangle);
-    ConvexPolygon polygon = surface.polygonOf(triangle, chart);
-    const Surface::Meetings found = surface.meetingsOf(triangle, chart, polygon);
-    if (!found.any) return;
-    meets = true;
-    if (found.cuts.empty()) return;
-    cuts += found.cuts.size();
-    // Segments that do not cross each other need about two pieces each.
-    cut[i].pieces = cutAlong(std::move(polygon), found.cuts, tolerance, 64 + 8 * found.cuts.size());
+    Surface::Meetings found =
+        surface.meetingsOf(triangle, chart, surface.polygonOf(triangle, chart));
+    if (found.any) meets = true;
+    cutCount += found.cuts.size();
+    cuts[i] = std::move(found.cuts);
   });
-  if (cuts > kMostCuts) {
-    return invalid(
-        fmt::format("the mesh crosses itself in more than {} places: what is inside is "
-                    "not computed for it",
-                    kMostCuts));
-  }
+  const auto whole = [&] {
+    return UnionSurface{{points.begin(), points.end()}, {triangles.begin(), triangles.end()}, {}};
+  };
+  if (cutCount > kMostCuts) return whole();
+  std::vector<CutTriangle> cut(triangles.size());
+  tbb::parallel_for(std::size_t{0}, triangles.size(), [&](std::size_t i) {
+    if (cuts[i].empty()) return;
+    const auto triangle = static_cast<std::uint32_t>(i);
+    const ConvexPolygon polygon = surface.polygonOf(triangle, surface.chartOf(triangle));
+    // Segments that do not cross each other need about two pieces each.
+    cut[i].pieces = cutAlong(polygon, cuts[i], tolerance, 64 + 8 * cuts[i].size());
+  });
 
   std::vector<char> within;
   if (!meets) {
@@ -378,11 +380,7 @@ Result<UnionSurface> unionSurface(std::span<const Point3> points,
       }
     }
   }
-  if (parts.inner.empty()) {
-    parts.points.resize(points.size());
-    parts.outer.assign(triangles.begin(), triangles.end());
-  }
-  return parts;
+  return parts.inner.empty() ? whole() : parts;
 }
 
 }  // namespace t4d::voxel4d

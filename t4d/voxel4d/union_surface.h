@@ -3,7 +3,6 @@
 #include <span>
 #include <vector>
 
-#include "t4d/model/error.h"
 #include "t4d/model/triangle_mesh.h"
 
 namespace t4d::voxel4d {
@@ -29,8 +28,9 @@ bool hasOverlappingComponents(std::span<const model::Point3> points,
 /// triangles are `outer`, as they are.
 ///
 /// What is closer together than `tolerance` counts as touching, and triangles that are narrower
-/// than it are left out. Fails if the surface meets itself in too many places.
-Result<UnionSurface> unionSurface(std::span<const model::Point3> points,
-                                  std::span<const model::Triangle> triangles, double tolerance);
+/// than it are left out. A surface that crosses itself in more than half a million places, which is
+/// none of solids, is left as it is: all triangles are `outer`.
+UnionSurface unionSurface(std::span<const model::Point3> points,
+                          std::span<const model::Triangle> triangles, double tolerance);
 
 }  // namespace t4d::voxel4d
