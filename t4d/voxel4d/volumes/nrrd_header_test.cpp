@@ -279,5 +279,40 @@ TEST_F(NrrdFile, LinesAndBytesBeforeTheSamplesAreSkipped) {
               HasSubstr("is not a number of bytes to skip"));
 }
 
+TEST_F(NrrdFile, FramesThatDifferSayInWhatAndByHowMuch) {
+  const auto write = [&](const std::string& name, const std::string& from = "",
+                         const std::string& to = "") {
+    std::string header =
+        "NRRD0005\ntype: uint8\ndimension: 3\nsizes: 4 3 2\nspace: left-posterior-superior\n"
+        "space directions: (2,0,0) (0,2,0) (0,0,2)\nspace origin: (10,20,30)\n"
+        "space units: \"mm\" \"mm\" \"mm\"\nencoding: raw\n";
+    if (!from.empty()) header.replace(header.find(from), from.size(), to);
+    std::ofstream(folder_ / name, std::ios::binary) << header << "\n" << std::string(24, '\1');
+  };
+  write("a.nrrd");
+  const auto refusalOf = [&](const std::string& from, const std::string& to) {
+    write("b.nrrd", from, to);
+    const auto opened =
+        openVolumeFrames(std::vector{folder_ / "a.nrrd", folder_ / "b.nrrd"}, {.iso = 0.5});
+    return opened ? "(was accepted)" : folder_.without(opened.error().text());
+  };
+  EXPECT_EQ(refusalOf("", ""), "(was accepted)");
+  EXPECT_EQ(refusalOf("sizes: 4 3 2", "sizes: 2 6 2"),
+            "b.nrrd: has 2 samples along x, 2 fewer than the first frame (a.nrrd), which has 4");
+  EXPECT_EQ(refusalOf("sizes: 4 3 2", "sizes: 4 6 1"),
+            "b.nrrd: has 6 samples along y, 3 more than the first frame (a.nrrd), which has 3");
+  EXPECT_EQ(refusalOf("uint8", "int8"),
+            "b.nrrd: has samples of type int8, the first frame (a.nrrd) of type uint8");
+  EXPECT_EQ(refusalOf("\"mm\" \"mm\" \"mm\"", "\"cm\" \"cm\" \"cm\""),
+            "b.nrrd: has the units 'cm' and '', the first frame (a.nrrd) 'mm' and ''");
+  EXPECT_EQ(refusalOf("left-posterior-superior", "right-anterior-superior"),
+            "b.nrrd: has positions in the space 'RAS', the first frame (a.nrrd) in 'LPS'");
+  EXPECT_THAT(refusalOf("(10,20,30)", "(10,20,33)"),
+              HasSubstr("its first sample is (10, 20, 33), that of the first frame (10, 20, 30)"));
+  EXPECT_THAT(
+      refusalOf("(0,2,0)", "(0,2.5,0)"),
+      HasSubstr("its voxel edge along y is (0, 2.5, 0), that of the first frame (0, 2, 0)"));
+}
+
 }  // namespace
 }  // namespace t4d::voxel4d
