@@ -33,6 +33,8 @@ const isOptional = (verb, where, key) => optional.includes(key) ||
   (verb !== 'mill' && key === 'part') ||
   // Of files, of fields, or of manifests of frames.
   (verb === 'join' && ['frames', 'slabs', 'vertices', 'tetrahedra', 'field', 'active', 'bytes', 'copied'].includes(key)) ||
+  // Of several bodies.
+  (verb === 'measure' && key === 'bodies') ||
   // Of an animated glTF.
   (verb === 'sweep' && (['bodies', 'tolerance'].includes(key) || (key === 'body' && where.includes('first')))) ||
   (isComparedMesh(verb, where) && optionalOfMeshes.includes(key));
@@ -227,6 +229,7 @@ const runs = [
   ['frames', [at('torus.t4d'), '--count', 2, '--attributes', '--format', 'stl', '-o', at('lossy')], 3],
   ['frames', [at('cut.t4d'), '--count', 3, '-o', at('none')], 4],
   ['measure', [at('voxels.t4d'), '--frames', 3, '-o', at('volumes.csv')], 0],
+  ['measure', [at('arm.t4d'), '--frames', 2], 0],
   // At its last time a simplex is a corner.
   ['measure', [at('simplex.t4d'), '--frames', 2], 0],
   ['measure', [at('screw.t4d'), '--times', '0:1000:2'], 4],
