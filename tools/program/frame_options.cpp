@@ -62,8 +62,10 @@ void FrameOptions::addTo(CLI::App& command, std::uint64_t most) {
       ->add_option(kFramesOption, count,
                    fmt::format("Number of evenly spaced frames (default: {})", kDefaultFrames))
       ->check(wholeNumber(1, most));
-  which->add_option("--times", times, "N evenly spaced times from A to B, both included")
-      ->check(evenTimesUpTo(most));
+  which
+      ->add_option("--times", times,
+                   "N evenly spaced times from A to B, both included; or a list of times")
+      ->check(timesUpTo(most));
   which
       ->add_option("--times-file", timesFile,
                    "Times of a file, one a line, in any order; of a table, its first column or "
@@ -85,6 +87,8 @@ CLI::Option* FrameOptions::addSpeedTo(CLI::App& command) {
 std::optional<std::string> FrameOptions::unevenOption() const {
   if (!timesFile.empty()) return "--times-file";
   if (!speedFile.empty()) return "--speed-file";
+  // A:B:N are even, a list need not be.
+  if (!times.empty() && times.find(':') == std::string::npos) return "--times";
   return std::nullopt;
 }
 

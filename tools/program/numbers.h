@@ -46,8 +46,13 @@ inline std::optional<model::Part> partOf(std::string_view text) {
   return model::Part{static_cast<std::uint64_t>(number), static_cast<std::uint64_t>(count)};
 }
 
-/// The times of A:B:N, evenly spaced from A to B, with N a whole number from 1 to `most`.
+/// The times of A:B:N, evenly spaced from A to B, with N a whole number from 1 to `most`; or of a
+/// list T1,T2,... of up to as many.
 inline std::optional<std::vector<double>> timesOf(std::string_view text, std::uint64_t most) {
+  if (text.find(':') == std::string_view::npos) {
+    auto list = numbersBetween(text, ',');
+    return list && list->size() <= most ? list : std::nullopt;
+  }
   const auto numbers = numbersBetween(text, ':');
   if (!numbers || numbers->size() != 3) return std::nullopt;
   const double n = (*numbers)[2];

@@ -115,13 +115,13 @@ void addPartOption(CLI::App& command, std::optional<model::Part>& part, const st
       ->type_name("K/N");
 }
 
-CLI::Validator evenTimesUpTo(std::uint64_t most) {
+CLI::Validator timesUpTo(std::uint64_t most) {
   return CLI::Validator(
       [most](std::string& text) {
         if (timesOf(text, most)) return std::string();
-        return fmt::format("'{}' is not A:B:N with N from 1 to {}", text, most);
+        return fmt::format("'{}' is neither A:B:N, with N from 1 to {}, nor T1,T2,...", text, most);
       },
-      "A:B:N");
+      "A:B:N|T1,T2,...");
 }
 
 CLI::Validator timeSpan() {

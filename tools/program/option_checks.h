@@ -39,8 +39,8 @@ CLI::Validator noLoneCopy();
 /// `--part K/N`, part K of N: whole numbers, K from 1 to N.
 void addPartOption(CLI::App& command, std::optional<model::Part>& part, const std::string& help);
 
-/// A:B:N, see timesOf in numbers.h.
-CLI::Validator evenTimesUpTo(std::uint64_t most);
+/// A:B:N or T1,T2,..., see timesOf in numbers.h.
+CLI::Validator timesUpTo(std::uint64_t most);
 
 /// A:B, two times, the first before the second.
 CLI::Validator timeSpan();

@@ -13,6 +13,7 @@
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/console_observer.h"
+#include "tools/program/frame_order.h"
 #include "tools/program/hints.h"
 #include "tools/program/mending.h"
 #include "tools/program/motion_options.h"
@@ -376,7 +377,10 @@ void addSweep(CLI::App& app, int& exitCode) {
       "  t4d sweep machine.glb --tolerance 0.001 -o machine.t4d\n"
       "  t4d sweep arm.json --max-deviation 0.5 -o arm.t4d\n"
       "  t4d sweep robot.urdf --motion joints.csv -o robot.t4d");
-  command->callback([=, &exitCode] { exitCode = run(*options); });
+  command->callback([=, &exitCode] {
+    if (const auto notice = orderFrames(options->models); !notice.empty()) printNotices({notice});
+    exitCode = run(*options);
+  });
 }
 
 }  // namespace t4d::tools

@@ -4,6 +4,7 @@
 #include <set>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "t4d/formats/animation/mesh_steps.h"
@@ -14,9 +15,12 @@
 #include "t4d/verbs/json_text.h"
 #include "t4d/verbs/lost_parts.h"
 #include "t4d/verbs/weave.h"
+#include "t4d/voxel4d/frame_spacing.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/console_observer.h"
+#include "tools/program/frame_order.h"
+#include "tools/program/numbers.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/part_option.h"
 #include "tools/program/t4d_output.h"
@@ -33,6 +37,10 @@ constexpr std::uint32_t kMostSubsteps = 1000;
 struct WeaveArguments {
   std::vector<std::string> frames;
   verbs::FrameReading reading;
+  std::vector<std::string> labels;
+  std::optional<double> below;
+  std::string outside;
+  std::string times;
   std::optional<std::uint32_t> substeps;
   std::vector<double> spacing;
   std::vector<double> origin;
@@ -46,16 +54,39 @@ struct WeaveArguments {
   bool json = false;
 };
 
-/// CLI11 takes the nearest for numbers that are too large.
-CLI::Validator wholeNumberOf64Bits() {
+constexpr const char* kAllLabels = "all";
+
+std::optional<std::int64_t> labelOf(const std::string& text) {
+  std::int64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+CLI::Validator labelOrAll() {
   return CLI::Validator(
       [](std::string& text) -> std::string {
-        std::int64_t value = 0;
-        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-        if (error == std::errc{} && end == text.data() + text.size()) return {};
-        return fmt::format("'{}' is not a whole number of 64 bits", text);
+        if (text == kAllLabels || labelOf(text)) return {};
+        return fmt::format("'{}' is neither a whole number of 64 bits nor '{}'", text, kAllLabels);
       },
-      "INT");
+      "INT|all");
+}
+
+/// A number, infinite or NaN included: no sample of a measurement may be finite where there is
+/// none.
+std::optional<double> sampleOf(const std::string& text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+CLI::Validator sampleValue() {
+  return CLI::Validator(
+      [](std::string& text) -> std::string {
+        return sampleOf(text) ? "" : fmt::format("'{}' is neither a number nor nan", text);
+      },
+      "V|nan");
 }
 
 /// x and y, and some of z, t and c (channels), in some order.
@@ -96,11 +127,11 @@ std::optional<std::string> misuseOfMeshes(const WeaveArguments& options) {
            "the same triangles can be swept as they are: t4d sweep";
   }
   const voxel4d::VolumeOptions& input = reading.volumes;
-  if (input.iso || !reading.labels.empty() || !input.raw.empty() || !input.axes.empty() ||
-      input.channel || input.level > 0 || !options.spacing.empty() || !options.origin.empty() ||
-      !reading.grid.empty() || !reading.region.empty()) {
-    return "--iso, --label, --spacing, --origin, --axes, --channel, --level, --raw, --region and "
-           "--grid are not for triangle meshes";
+  if (input.iso || input.outside || !options.labels.empty() || !input.raw.empty() ||
+      !input.axes.empty() || input.channel || input.level > 0 || !options.spacing.empty() ||
+      !options.origin.empty() || !reading.grid.empty() || !reading.region.empty()) {
+    return "--iso, --below, --outside-value, --label, --spacing, --origin, --axes, --channel, "
+           "--level, --raw, --region and --grid are not for triangle meshes";
   }
   if (collected && input.startTime && !input.frameTime) {
     return "--start-time requires --frame-time";
@@ -135,8 +166,26 @@ std::optional<std::string> misuseOfVelocity(const WeaveArguments& options, Frame
   if (options.between) {
     return "--between is for masks and labels; velocities carry level sets and densities";
   }
-  if (!reading.labels.empty()) {
+  if (!options.labels.empty()) {
     return "--label makes masks; velocities carry level sets and densities";
+  }
+  return std::nullopt;
+}
+
+/// What is wrong with the options that say what is inside.
+std::optional<std::string> misuseOfInside(const WeaveArguments& options) {
+  const std::vector<std::string>& labels = options.labels;
+  if (!labels.empty() && options.reading.volumes.iso) {
+    return fmt::format("--label and {} exclude each other", options.below ? "--below" : "--iso");
+  }
+  if (!labels.empty() && options.reading.volumes.outside) {
+    return "--label and --outside-value exclude each other: what has another label is outside";
+  }
+  if (options.reading.allLabels && labels.size() > 1) {
+    return "--label: 'all' is given alone";
+  }
+  if (std::set(labels.begin(), labels.end()).size() < labels.size()) {
+    return "--label: a label is given twice";
   }
   return std::nullopt;
 }
@@ -170,20 +219,19 @@ std::optional<std::string> misuseOfInput(const WeaveArguments& options, FrameKin
     return "--channel is for .tif files, and for Zarr";
   }
   if (reading.volumes.level > 0 && !isOf({}, true)) return "--level is for Zarr";
-  if (!reading.labels.empty() && reading.volumes.iso) return "--label and --iso exclude each other";
-  if (std::set(reading.labels.begin(), reading.labels.end()).size() < reading.labels.size()) {
-    return "--label: a label is given twice";
-  }
+  if (auto misuse = misuseOfInside(options)) return misuse;
   if (volumes) return std::nullopt;
   const voxel4d::VolumeOptions& input = reading.volumes;
-  if (!reading.labels.empty() || !input.raw.empty() || !input.axes.empty() || input.channel ||
-      !options.spacing.empty() || !options.origin.empty()) {
-    return "--label, --spacing, --origin, --axes, --channel and --raw are for volumes; .vdb files "
-           "say what they hold";
+  if (!options.labels.empty() || input.outside || !input.raw.empty() || !input.axes.empty() ||
+      input.channel || !options.spacing.empty() || !options.origin.empty()) {
+    return "--label, --outside-value, --spacing, --origin, --axes, --channel and --raw are for "
+           "volumes; .vdb files say what they hold";
   }
   if (input.startTime && !input.frameTime) return "--start-time requires --frame-time";
   return std::nullopt;
 }
+
+std::string withUnit(const std::string& unit) { return unit.empty() ? "" : " " + unit; }
 
 /// What is to be known of the frames and of the mesh.
 std::vector<std::string> noticesOf(const WeaveArguments& options,
@@ -198,18 +246,27 @@ std::vector<std::string> noticesOf(const WeaveArguments& options,
                       " has no effect: no frame is a mask or has labels, and the values of level "
                       "sets and densities say when points change sides");
   }
-  if (!report.spaceNotice.empty()) {
-    notices.push_back(formats::shownName(options.frames.front()) + ": " + report.spaceNotice);
+  if (!report.assumedAxes.empty()) {
+    notices.push_back(fmt::format(
+        "nothing names the axes of the input: they are taken as {}; --axes changes that",
+        fmt::join(report.assumedAxes, ", ")));
+  }
+  if (!report.unsized.empty()) {
+    notices.push_back(fmt::format(
+        "nothing says how large the voxels are{}: they are taken as 1{}; --spacing changes that",
+        report.unsized == "xyz" ? "" : fmt::format(" along {}", fmt::join(report.unsized, " and ")),
+        withUnit(report.lengthUnit)));
   }
   if (report.oneApart) {
-    notices.emplace_back(
-        "the input has no times: frames are taken to be 1 apart; give the time between frames to "
-        "change that");
+    notices.push_back(
+        fmt::format("the input has no times: frames are taken to be 1{} apart; --frame-time or "
+                    "--times changes that",
+                    withUnit(report.timeUnit)));
   }
   if (report.takenAsDistances) {
     notices.push_back(
         "the samples are taken as distances: inside is where they are below 0; --iso VALUE takes "
-        "them as densities, inside above VALUE");
+        "them as densities, inside above VALUE, and --below VALUE inside below it");
   }
   return notices;
 }
@@ -245,11 +302,13 @@ int run(WeaveArguments& options) {
   const auto kind = verbs::frameKindOf(options.frames);
   if (!kind) return report(kind.error());
   if (const auto misuse = misuseOfInput(options, *kind)) return wrongUsage(*misuse);
+  const std::string order = orderFrames(options.frames);
   if (options.part.isGiven() && options.output.center) {
     return wrongUsage("--part and --center exclude each other: the parts would not meet");
   }
   auto input = verbs::openFrames(options.frames, options.reading);
   if (!input) return report(input.error());
+  if (!order.empty()) input->notices.insert(input->notices.begin(), order);
   const std::uint64_t frames = input->frames.frames->frameCount();
   if (const auto done = options.part.settle(std::max<std::uint64_t>(frames, 1) - 1,
                                             "steps from frame to frame")) {
@@ -295,9 +354,17 @@ void addWeave(CLI::App& app, int& exitCode) {
                    "Densities: inside is above this value (default: distances, inside below 0)")
       ->check(finiteNumber());
   command
-      ->add_option("--label", options->reading.labels,
-                   "Volumes: integer label of the inside; several labels make several bodies")
-      ->check(wholeNumberOf64Bits());
+      ->add_option("--below", options->below, "Inside is below this value, instead of above --iso")
+      ->check(finiteNumber())
+      ->excludes("--iso");
+  command
+      ->add_option("--label", options->labels,
+                   "Volumes: integer label of the inside; several labels, or all, make a body each")
+      ->check(labelOrAll());
+  command
+      ->add_option("--outside-value", options->outside,
+                   "Volumes: samples of this value are no data and lie outside; nan: not numbers")
+      ->check(sampleValue());
   command
       ->add_option("--frame-time", options->reading.volumes.frameTime,
                    "Time between frames (default: from the files, else 1)")
@@ -306,6 +373,11 @@ void addWeave(CLI::App& app, int& exitCode) {
       ->add_option("--start-time", options->reading.volumes.startTime,
                    "Time of the first frame (default: from the file, else 0)")
       ->check(finiteNumber());
+  command
+      ->add_option("--times", options->times,
+                   "Time of each frame: T1,T2,...; or A:B:N for N frames, evenly spaced")
+      ->check(timesUpTo(voxel4d::kMaxFrames))
+      ->excludes("--frame-time", "--start-time");
   command->add_option("--grid", options->reading.grid,
                       "Use only grids with this name (default: all)");
   command
@@ -383,6 +455,18 @@ void addWeave(CLI::App& app, int& exitCode) {
       options->reading.volumes.origin = {origin[0], origin[1], origin[2]};
     }
     if (options->substeps) options->reading.substeps = *options->substeps;
+    if (options->below) {
+      options->reading.volumes.iso = options->below;
+      options->reading.volumes.below = true;
+    }
+    if (!options->outside.empty()) options->reading.volumes.outside = sampleOf(options->outside);
+    if (!options->times.empty()) {
+      options->reading.volumes.times = *timesOf(options->times, voxel4d::kMaxFrames);
+    }
+    for (const std::string& label : options->labels) {
+      options->reading.allLabels = options->reading.allLabels || label == kAllLabels;
+      if (const auto number = labelOf(label)) options->reading.labels.push_back(*number);
+    }
     exitCode = run(*options);
   });
 }

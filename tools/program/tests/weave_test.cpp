@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <initializer_list>
@@ -207,7 +208,7 @@ TEST_F(Program, VolumesOfPatientsSayWhereTheAxesPoint) {
   EXPECT_EQ(woven("none.nrrd", "--json").value()["space"], nullptr);
   EXPECT_EQ(run("info out.t4d --json").value()["up"], "y");
   EXPECT_THAT(woven("none.nrrd").err,
-              testing::HasSubstr("frames are taken to be 1 apart; give the time between frames"));
+              testing::HasSubstr("frames are taken to be 1 apart; --frame-time or --times"));
   EXPECT_EQ(woven("none.nrrd", "--frame-time 2").err, "");
   EXPECT_THAT(contents(folder_ / "out.t4d"), testing::Not(testing::HasSubstr("\"space\"")));
 }
@@ -259,7 +260,9 @@ TEST_F(Program, MeshesOfAnyTrianglesAreWoven) {
   const Finished done =
       run("weave ball_*.obj --voxel-size 0.5 --frame-time 0.25 -o balls.t4d --json");
   EXPECT_EQ(done.value()["frames"], kFrames);
-  EXPECT_EQ(done.err, "");
+  EXPECT_EQ(done.err,
+            "t4d: note: frames are in the order of the numbers in their names, from ball_0.obj to "
+            "ball_10.obj\n");
   const json report = run("validate balls.t4d --deep --json").value();
   EXPECT_TRUE(report["valid"] && report["closed"] && report["oriented"]);
   // The meshes have up to 0.4 % less than the ball, voxels change 1 %.
@@ -292,6 +295,155 @@ TEST_F(Program, MeshesOfAnyTrianglesAreWoven) {
   refuses(first + "ball_1.obj --voxel-size 1 -o out.t4d", "ball_1.obj: ");
   EXPECT_THAT(run("weave ball_2.obj ball_3.obj --voxel-size 20 --frame-time 1 -o wide.t4d").err,
               testing::HasSubstr("larger than the solid of ball_2.obj"));
+}
+
+/// A cube of `size` voxels on a side, one frame of 6 x 6 x 6 bytes of 9 in 1.
+std::string cubeFrame(int size) {
+  std::string text = "raw uint8 6 6 6 little\n";
+  for (int i = 0; i < 216; ++i) {
+    const bool inside = i % 6 < size && i / 6 % 6 < size && i / 36 < size;
+    text += inside ? '\x09' : '\1';
+  }
+  return text;
+}
+
+TEST_F(Program, FramesAreWovenInTheOrderGiven) {
+  write("before.raw", cubeFrame(2));
+  write("after.raw", cubeFrame(4));
+  const auto volumes = [&](const std::string& frames) {
+    EXPECT_EQ(run("weave " + frames + " --iso 5 --spacing 1 --frame-time 1 -o out.t4d").exitCode,
+              0);
+    const json samples = run("measure out.t4d --frames 2 --json").value()["samples"];
+    return samples[0]["volume"].get<double>() < samples[1]["volume"].get<double>();
+  };
+  EXPECT_TRUE(volumes("before.raw after.raw"));
+  EXPECT_FALSE(volumes("after.raw before.raw"));
+  // A shell sorts what a pattern matches by text.
+  for (const int i : {1, 2, 10}) write("f" + std::to_string(i) + ".raw", cubeFrame(1 + i % 5));
+  const std::string weave = " --iso 5 --spacing 1 --frame-time 1 --caps graded -o out.t4d";
+  const Finished sorted = run("weave f*.raw" + weave);
+  EXPECT_EQ(sorted.err,
+            "t4d: note: frames are in the order of the numbers in their names, from f1.raw to "
+            "f10.raw\n");
+  const Finished ordered = run("weave f1.raw f2.raw f10.raw" + weave);
+  EXPECT_EQ(ordered.err, "");
+  EXPECT_EQ(run("weave f10.raw f1.raw f2.raw" + weave).err,
+            "t4d: note: frames are in the order given, from f10.raw to f2.raw, which is not that "
+            "of the numbers in their names\n");
+  EXPECT_THAT(run("weave f10.raw f2.raw" + weave).err, testing::HasSubstr("in the order given"));
+  // A folder has no order but that of names, unless its files have times.
+  ASSERT_EQ(run("voxelize fx/cube.obj -m fx/rest.json --voxel-size 4 --frames 2 -o grids").exitCode,
+            0);
+  EXPECT_EQ(run("weave grids -o out.t4d").err, "");
+  EXPECT_THAT(run("weave grids --frame-time 2 -o out.t4d").err,
+              testing::HasSubstr("from grids/frame_0000.vdb to grids/frame_0001.vdb"));
+}
+
+TEST_F(Program, TimesOfFramesAreGivenOneByOne) {
+  for (const int i : {1, 2, 3}) write("f" + std::to_string(i) + ".raw", cubeFrame(i));
+  const std::string weave = "weave f1.raw f2.raw f3.raw --iso 5 --spacing 1 -o out.t4d ";
+  ASSERT_EQ(run(weave + "--times 0,34,90").exitCode, 0);
+  // A time and the one of a frame: the slice is that frame.
+  const json samples = run("measure out.t4d --times 0,34,90 --json").value()["samples"];
+  ASSERT_EQ(samples.size(), 3U);
+  EXPECT_EQ(samples[1]["time"], 34);
+  EXPECT_EQ(samples[2]["max"], json::parse("[2.5, 2.5, 2.5]"));
+  EXPECT_EQ(run(weave + "--times 5:9:3").exitCode, 0);
+  EXPECT_EQ(run("info out.t4d --json").value()["time_begin"], 5);
+  fs::remove(folder_ / "out.t4d");
+  refuses(weave + "--times 0,34", "f1.raw: 2 times for 3 frames: expected one for each");
+  refuses(weave + "--times 0,34,30", "times do not increase");
+  misused(weave + "--times 0,x", "--times: '0,x' is neither A:B:N, with N from 1 to");
+  EXPECT_EQ(run(weave + "--times 0,1,2 --frame-time 1").exitCode, 2);
+  ASSERT_EQ(run("voxelize fx/cube.obj -m fx/rest.json --voxel-size 4 --frames 2 -o grids").exitCode,
+            0);
+  ASSERT_EQ(run("weave grids --times 3,7 -o out.t4d").exitCode, 0);
+  EXPECT_EQ(run("info out.t4d --json").value()["time_end"], 7);
+  ASSERT_EQ(
+      run("weave fx/bending_0.obj fx/bending_4.obj --voxel-size 1 --times 0,4 -o out.t4d").exitCode,
+      0);
+  EXPECT_EQ(run("info out.t4d --json").value()["time_end"], 4);
+}
+
+TEST_F(Program, WhatIsInsideAndOutsideIsSaid) {
+  // 9 in 1 is 1 in 9 below a value, and 255 is no data in both.
+  std::string hill = "raw uint8 6 6 6 2 little\n";
+  std::string bowl = hill;
+  for (int frame = 0; frame < 2; ++frame) {
+    for (const char sample : cubeFrame(3).substr(23)) {
+      hill += sample;
+      bowl += static_cast<char>(10 - sample);
+    }
+  }
+  write("hill.raw", hill);
+  write("bowl.raw", bowl);
+  hill.back() = '\xFF';
+  write("padded.raw", hill);
+  const auto hypervolume = [&](const std::string& options) {
+    EXPECT_EQ(run("weave " + options + " -o out.t4d").exitCode, 0) << options;
+    return run("validate out.t4d --json").value()["hypervolume"].get<double>();
+  };
+  const double expected = hypervolume("hill.raw --iso 5");
+  EXPECT_EQ(hypervolume("bowl.raw --below 5"), expected);
+  EXPECT_EQ(run("info out.t4d --json").value()["details"]["parameters"]["below"], 5);
+  EXPECT_NE(hypervolume("padded.raw --iso 5"), expected);
+  EXPECT_EQ(hypervolume("padded.raw --iso 5 --outside-value 255"), expected);
+  EXPECT_EQ(run("info out.t4d --json").value()["details"]["parameters"]["outside_value"], 255);
+  fs::remove(folder_ / "out.t4d");
+  EXPECT_EQ(run("weave hill.raw --iso 5 --below 5 -o out.t4d").exitCode, 2);
+  misused("weave hill.raw --label 9 --below 5 -o out.t4d",
+          "--label and --below exclude each other");
+  misused("weave hill.raw --label 9 --outside-value 5 -o out.t4d", "exclude each other");
+  misused("weave hill.raw --iso 5 --outside-value x -o out.t4d", "is neither a number nor nan");
+  EXPECT_EQ(run("weave hill.raw --iso 5 --outside-value nan -o out.t4d").exitCode, 0);
+  const std::string said = run("weave hill.raw --iso 5 -o out.t4d").err;
+  EXPECT_THAT(said, testing::HasSubstr("nothing says how large the voxels are: they are taken as "
+                                       "1; --spacing changes that"));
+  EXPECT_THAT(said, testing::HasSubstr("frames are taken to be 1 apart"));
+  EXPECT_EQ(run("weave hill.raw --iso 5 --spacing 1 --frame-time 1 --caps graded -o out.t4d").err,
+            "");
+}
+
+TEST_F(Program, EveryLabelBecomesABody) {
+  const Finished all = run("weave fx/labels.nrrd --label all -o all.t4d");
+  ASSERT_EQ(all.exitCode, 0) << all.err;
+  EXPECT_THAT(all.err,
+              testing::HasSubstr("found 2 labels, each a body: 1, 2; 0 is the background"));
+  ASSERT_EQ(run("weave fx/labels.nrrd --label 1 2 -o two.t4d").exitCode, 0);
+  EXPECT_EQ(contents(folder_ / "all.t4d"), contents(folder_ / "two.t4d"));
+  misused("weave fx/labels.nrrd --label all 2 -o out.t4d", "--label: 'all' is given alone");
+  misused("weave fx/labels.nrrd --label some -o out.t4d", "is neither a whole number of 64 bits");
+  refuses("weave fx/labels.nrrd --region :,:1,:1 --label all -o out.t4d", "has no label");
+}
+
+/// One table for all bodies, each at each time; the sum is in the JSON, too.
+TEST_F(Program, BodiesAreMeasuredInOneTable) {
+  ASSERT_EQ(run("weave fx/labels.nrrd --label all -o two.t4d").exitCode, 0);
+  const json both = run("measure two.t4d --frames 3 --json").value();
+  EXPECT_EQ(both["length_unit"], "mm");
+  EXPECT_EQ(both["time_unit"], "s");
+  for (const json& sample : both["samples"]) {
+    double volume = 0;
+    for (const json& body : sample["bodies"]) volume += body["volume"].get<double>();
+    EXPECT_DOUBLE_EQ(sample["volume"], volume);
+  }
+  EXPECT_EQ(both["samples"][0]["bodies"][1]["name"], "label 2");
+  const json second = run("measure two.t4d --body 'label 2' --frames 3 --json").value();
+  EXPECT_FALSE(second["samples"][0].contains("bodies"));
+  EXPECT_EQ(second["samples"][1]["volume"], both["samples"][1]["bodies"][1]["volume"]);
+  ASSERT_EQ(run("measure two.t4d --frames 3 -o each.csv").exitCode, 0);
+  const std::string each = contents(folder_ / "each.csv");
+  EXPECT_TRUE(each.starts_with("time,body,volume,area,cx,"));
+  EXPECT_EQ(std::ranges::count(each, '\n'), 7);
+  EXPECT_THAT(each, testing::HasSubstr("\n0.25,label 2,"));
+  EXPECT_THAT(each, testing::HasSubstr(",mm,s\n"));
+  ASSERT_EQ(run("measure two.t4d --frames 3 --total -o total.csv").exitCode, 0);
+  const std::string total = contents(folder_ / "total.csv");
+  EXPECT_TRUE(total.starts_with("time,volume,area,cx,"));
+  EXPECT_EQ(std::ranges::count(total, '\n'), 4);
+  EXPECT_FALSE(
+      run("measure two.t4d --frames 3 --total --json").value()["samples"][0].contains("bodies"));
+  EXPECT_THAT(run("measure two.t4d --frames 2").out, testing::HasSubstr("label 1"));
 }
 
 TEST_F(Program, BadFramesAreRefused) {

@@ -1,0 +1,58 @@
+#include "tools/program/frame_order.h"
+
+#include <algorithm>
+#include <cctype>
+
+#include <fmt/format.h>
+
+#include "t4d/formats/t4d/url.h"
+#include "t4d/verbs/weave_input.h"
+#include "t4d/voxel4d/natural_order.h"
+
+namespace t4d::tools {
+namespace {
+
+/// A name with '0' for each run of digits.
+std::string withoutNumbers(const std::string& name) {
+  std::string text;
+  for (const char c : name) {
+    const bool digit = std::isdigit(static_cast<unsigned char>(c)) != 0;
+    if (!digit) text += c;
+    if (digit && !text.ends_with('0')) text += '0';
+  }
+  return text;
+}
+
+/// The key by which a shell sorts in most languages: letters and digits alone, without case.
+std::string collated(const std::string& name) {
+  std::string key;
+  for (const char c : name) {
+    if (std::isalnum(static_cast<unsigned char>(c)) == 0) continue;
+    key += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  }
+  return key;
+}
+
+}  // namespace
+
+std::string orderFrames(std::vector<std::string>& files) {
+  const bool byNumbers = std::ranges::is_sorted(files, voxel4d::naturallyLess);
+  if (files.size() < 2 || byNumbers) return {};
+  const std::string form = withoutNumbers(files.front());
+  const bool alike = std::ranges::all_of(
+      files, [&](const std::string& file) { return withoutNumbers(file) == form; });
+  if (!alike) return {};
+  const auto shown = [](const std::string& file) { return formats::shownName(file); };
+  const bool byText = std::ranges::is_sorted(files) || std::ranges::is_sorted(files, {}, collated);
+  constexpr std::size_t kLeastOfPattern = 3;
+  if (byText && files.size() >= kLeastOfPattern) {
+    std::ranges::stable_sort(files, voxel4d::naturallyLess);
+    return verbs::orderNotice(shown(files.front()), shown(files.back()));
+  }
+  return fmt::format(
+      "frames are in the order given, from {} to {}, which is not that of the numbers in their "
+      "names",
+      shown(files.front()), shown(files.back()));
+}
+
+}  // namespace t4d::tools
