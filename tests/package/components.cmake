@@ -1,5 +1,5 @@
 # Configures a project that uses t4d as a subdirectory, with all components and with each of them.
-# Nothing else of t4d may become part of it.
+# Nothing else of t4d may become part of it. By itself t4d configures with one component, too.
 cmake_minimum_required(VERSION 3.25)
 include(${settings})
 start()
@@ -26,3 +26,5 @@ endif()
   run(${CMAKE_COMMAND} -S ${component} -B ${component}/build -G ${generator}
     -D CMAKE_CXX_COMPILER=${compiler} "-DCMAKE_CXX_FLAGS=${flags}")
 endforeach()
+run(${CMAKE_COMMAND} -S ${t4d_source} -B alone -G ${generator} -D CMAKE_CXX_COMPILER=${compiler}
+  "-DCMAKE_CXX_FLAGS=${flags}" -D T4D_COMPONENTS=formats)
