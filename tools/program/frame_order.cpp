@@ -23,16 +23,6 @@ std::string withoutNumbers(const std::string& name) {
   return text;
 }
 
-/// The key by which a shell sorts in most languages: letters and digits alone, without case.
-std::string collated(const std::string& name) {
-  std::string key;
-  for (const char c : name) {
-    if (std::isalnum(static_cast<unsigned char>(c)) == 0) continue;
-    key += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  }
-  return key;
-}
-
 }  // namespace
 
 std::string orderFrames(std::vector<std::string>& files) {
@@ -43,9 +33,8 @@ std::string orderFrames(std::vector<std::string>& files) {
       files, [&](const std::string& file) { return withoutNumbers(file) == form; });
   if (!alike) return {};
   const auto shown = [](const std::string& file) { return formats::shownName(file); };
-  const bool byText = std::ranges::is_sorted(files) || std::ranges::is_sorted(files, {}, collated);
   constexpr std::size_t kLeastOfPattern = 3;
-  if (byText && files.size() >= kLeastOfPattern) {
+  if (std::ranges::is_sorted(files) && files.size() >= kLeastOfPattern) {
     std::ranges::stable_sort(files, voxel4d::naturallyLess);
     return verbs::orderNotice(shown(files.front()), shown(files.back()));
   }

@@ -105,7 +105,7 @@ TEST_F(Program, MeasuresASolidOverTime) {
   write("empty.txt", "# nothing\n");
   refuses("measure cube.t4d --times-file empty.txt", "empty.txt: has no times");
   refuses("measure cube.t4d --times 0:500:2", "time 500 is outside the mesh");
-  misused("measure cube.t4d -o out.csv -o out.glb", "not the name of a .csv, .json, .svg or .png");
+  misused("measure cube.t4d -o out.csv -o out.glb", "does not end with .csv, .json, .svg or .png");
   misused("measure cube.t4d --frames 2 --times 0:1:2", "");
   misused("measure cube.t4d -o cube.t4d", "");
 }

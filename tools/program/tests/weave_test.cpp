@@ -334,7 +334,7 @@ TEST_F(Program, FramesAreWovenInTheOrderGiven) {
   // A folder has no order but that of names, unless its files have times.
   ASSERT_EQ(run("voxelize fx/cube.obj -m fx/rest.json --voxel-size 4 --frames 2 -o grids").exitCode,
             0);
-  EXPECT_EQ(run("weave grids -o out.t4d").err, "");
+  EXPECT_EQ(run("weave grids --caps graded -o out.t4d").err, "");
   EXPECT_THAT(run("weave grids --frame-time 2 -o out.t4d").err,
               testing::HasSubstr("from grids/frame_0000.vdb to grids/frame_0001.vdb"));
 }
