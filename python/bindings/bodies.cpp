@@ -192,13 +192,15 @@ py::dict measure(const Body& body, const std::vector<double>& times, py::object 
     }
     return array;
   };
+  // Signed, so that differences of counts may be negative.
+  const auto count = [](std::uint64_t number) { return static_cast<std::int64_t>(number); };
   using Of = const measure::SolidMeasures&;
   return py::dict(py::arg("time") = numbers([](Of one) { return one.time; }),
                   py::arg("volume") = numbers([](Of one) { return one.volume; }),
                   py::arg("area") = numbers([](Of one) { return one.area; }),
                   py::arg("centroid") = points([](Of one) { return one.centroid; }),
-                  py::arg("components") = numbers([](Of one) { return one.components; }),
-                  py::arg("cavities") = numbers([](Of one) { return one.cavities; }),
+                  py::arg("components") = numbers([=](Of one) { return count(one.components); }),
+                  py::arg("cavities") = numbers([=](Of one) { return count(one.cavities); }),
                   py::arg("genus") = numbers([](Of one) { return one.genus; }),
                   py::arg("min") = points([](Of one) { return one.bounds.min; }),
                   py::arg("max") = points([](Of one) { return one.bounds.max; }));

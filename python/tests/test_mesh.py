@@ -71,6 +71,15 @@ def test_slices_and_measures_over_time_are_those_of_each_slice(models):
         mesh.volumes([float("nan")])
 
 
+def test_counts_are_signed_so_that_a_merge_is_a_negative_difference():
+    frames = np.zeros((2, 9, 5, 5), dtype=bool)
+    frames[:, 1:3, 1:4, 1:4] = frames[:, 6:8, 1:4, 1:4] = True
+    frames[1, 1:8, 1:4, 1:4] = True
+    found = t4d.weave(frames).measure([0, 1])
+    assert found["components"].dtype == found["cavities"].dtype == np.int64
+    assert list(np.diff(found["components"])) == [-1]
+
+
 @pytest.mark.parametrize("between", ["distance", "midpoint"])
 def test_masks_move_evenly_or_jump(between):
     points = np.indices((40, 40, 40)) - 19.4
