@@ -580,6 +580,7 @@ Result<void> place(const Header& header, Volume& volume) {
   if (!hasDirections && known != 0 && known != 3) {
     return header.wrong("spacings", "has numbers for some axes of space, and nan for others");
   }
+  if (!hasDirections && known == 0) volume.unsized = "xyz";
   if (auto set = placeByMins(header, *time, hasDirections, volume); !set) return set;
   const std::string origin = header("space origin");
   if (!origin.empty()) {

@@ -262,6 +262,12 @@ TEST_F(Assumed, WhatIsAssumedIsSaid) {
     const auto said = opened(write(name, bytes));
     EXPECT_EQ(said.unsized + said.assumedAxes, "") << name;
   }
+  std::string bare = volumeSamples()["raw.nrrd"];
+  const auto directions = bare.find("space directions");
+  bare.erase(directions, bare.find('\n', directions) + 1 - directions);
+  EXPECT_EQ(opened(write("bare.nrrd", bare)).unsized, "xyz");
+  bare.replace(bare.find("nan nan nan"), 11, "0.5 0.5 0.5");
+  EXPECT_EQ(opened(write("spaced.nrrd", bare)).unsized, "");
   const auto line = opened(write("line.raw", volumeSamples()["line.raw"]));
   EXPECT_EQ(line.unsized, "xyz");
   EXPECT_EQ(line.assumedAxes, "");  // the format says them
