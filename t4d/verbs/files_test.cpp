@@ -55,7 +55,7 @@ TEST(Mend, FillsTheHoleInACube) {
   ASSERT_TRUE(formats::writeTriangleMeshes(input, {&open, 1}));
   const auto report = mend({.input = input, .output = temporaryPath("closed.ply").string()});
   ASSERT_TRUE(report) << report.error().text();
-  EXPECT_EQ(report->bodies, 1);
+  EXPECT_EQ(report->mended.size(), 1);
   EXPECT_EQ(report->triangles, 12);
   EXPECT_NEAR(report->mended.front().report.volumeAfter, 8, 1e-12);
   const json value = json::parse(jsonOf(*report, 1));

@@ -104,6 +104,17 @@ TEST_F(Program, ListsTheFaultsOfAllBodies) {
               testing::ContainsRegex("encloses nothing.*\n.*encloses nothing"));
 }
 
+TEST_F(Program, AdvisesNoMendingOfWhatWasMended) {
+  // The union of two cubes a billionth apart, which TetGen cannot fill.
+  write("steps.obj", boxText({0, 0, 0}, {1, 1, 1}) +
+                         boxText({1e-9, 1e-9, 1e-9}, {1 + 1e-9, 1 + 1e-9, 1 + 1e-9}));
+  refuses("sweep steps.obj -m fx/rest.json -o out.t4d", "try: t4d mend steps.obj");
+  const Finished done = run("sweep steps.obj --mend -m fx/rest.json -o out.t4d");
+  EXPECT_EQ(done.exitCode, 1) << done.err;
+  EXPECT_THAT(done.err, testing::HasSubstr("t4d: try: --caps cone\n"));
+  EXPECT_EQ(run("sweep steps.obj --mend --caps cone -m fx/rest.json -o steps.t4d").exitCode, 0);
+}
+
 TEST_F(Program, MendsDeformations) {
   // A tetrahedron without a side, which grows.
   const std::string faces = "f 1 3 2\nf 1 2 4\nf 1 4 3\n";
