@@ -23,8 +23,12 @@ using nlohmann::ordered_json;
 /// An error of less than this part of the size is lost in rounding.
 constexpr double kLeastError = 1e-12;
 
-/// Part of the diagonal of the bounds that is the error without any wish.
+/// Part of the diagonal of the bounds of a body that is its error without any wish.
 constexpr double kUsualError = 1e-3;
+
+double sizeOf(const model::Bounds3& bounds) {
+  return bounds.empty() ? 0 : (bounds.max - bounds.min).norm();
+}
 
 std::uint64_t cellsOf(const Input& input) {
   std::uint64_t cells = 0;
@@ -39,12 +43,12 @@ std::uint64_t cellsOf(const Input& input) {
   return cells;
 }
 
-/// The options for each body.
+/// The options for all bodies.
 Result<edit::SimplifyOptions> optionsOf(const SimplifyOptions& wanted, const Input& input,
                                         double timeScale) {
   const auto bounds = boundsOf(input);
   if (!bounds) return bounds.error();
-  const double size = bounds->empty() ? 0 : (bounds->max - bounds->min).norm();
+  const double size = sizeOf(*bounds);
   edit::SimplifyOptions options;
   options.timeScale = timeScale;
   options.preserve = wanted.preserve;
@@ -63,6 +67,20 @@ Result<edit::SimplifyOptions> optionsOf(const SimplifyOptions& wanted, const Inp
                             "{:.4g}; allow at least {:.2g}",
                             *options.maxError, size, kLeastError * size));
   }
+  return options;
+}
+
+/// The options for one body: without any wish, its error is of its own size, since a small body
+/// beside a large one would shrink to a few cells.
+Result<edit::SimplifyOptions> optionsFor(const model::Body& body, const SimplifyOptions& wanted,
+                                         edit::SimplifyOptions options, const Input& input) {
+  if (wanted.ratio || wanted.cells || wanted.maxError) return options;
+  Input alone = input;
+  alone.bodies = {body};
+  const auto bounds = boundsOf(alone);
+  if (!bounds) return bounds.error();
+  const double least = kLeastError / kUsualError * *options.maxError;
+  options.maxError = std::max(least, kUsualError * sizeOf(*bounds));
   return options;
 }
 
@@ -129,8 +147,10 @@ Result<void> write(const Input& input, const edit::SimplifyOptions& options,
   const auto stage = observer.stage("simplifying", slabCountOf(input.bodies), "slabs");
   for (std::size_t b = 0; b < input.bodies.size(); ++b) {
     const model::Source& source = *input.bodies[b].source;
+    const auto own = optionsFor(input.bodies[b], wanted, options, input);
+    if (!own) return own.error();
     const auto done =
-        edit::simplify(source, options, writer->body(b), stage->part(source.slabCount()));
+        edit::simplify(source, *own, writer->body(b), stage->part(source.slabCount()));
     if (!done) return done.error();
     add(*done, report.mesh);
     before.emplace_back(source, done->slabs[0], done->slabs[1]);
