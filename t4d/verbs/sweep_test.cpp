@@ -1,5 +1,10 @@
 #include "t4d/verbs/sweep.h"
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -8,6 +13,7 @@
 #include "t4d/formats/test_files.h"
 #include "t4d/formats/triangle/triangle_mesh_writer.h"
 #include "t4d/measure/mesh_check.h"
+#include "t4d/slice/slice.h"
 #include "t4d/verbs/compare_methods.h"
 #include "t4d/verbs/input.h"
 
@@ -93,6 +99,115 @@ TEST(SweepFiles, KeysOneApartAreNoted) {
   ASSERT_TRUE(report->folds);
   EXPECT_EQ(report->folds->prisms, 0U);
   EXPECT_TRUE(nlohmann::json::parse(jsonOf(*report, 0)).contains("crossings"));
+}
+
+/// A cube that turns about its axis in 4 s beside another one of side `other` at rest.
+std::string turningBeside(double other) {
+  const std::string faces =
+      "int[] faceVertexCounts = [4, 4, 4, 4, 4, 4]\n"
+      "int[] faceVertexIndices = [0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 2, 6, 7, 3, 0, 4, 6, 2, 1, 3,"
+      " 7, 5]\nuniform token subdivisionScheme = \"none\"\n";
+  const auto corners = [](double half) {
+    std::string text;
+    for (int i = 0; i < 8; ++i) {
+      text += fmt::format("{}({}, {}, {})", i == 0 ? "" : ", ", (i & 1) != 0 ? half : -half,
+                          (i & 2) != 0 ? half : -half, (i & 4) != 0 ? half : -half);
+    }
+    return "point3f[] points = [" + text + "]\n";
+  };
+  return formats::writeFile("turning.usda",
+                            "#usda 1.0\n(\n    metersPerUnit = 1\n    timeCodesPerSecond = 1\n)\n"
+                            "def Mesh \"turning\"\n{\n" +
+                                faces + corners(0.5) +
+                                "float xformOp:rotateZ.timeSamples = { 0: 0, 4: 360 }\n"
+                                "uniform token[] xformOpOrder = [\"xformOp:rotateZ\"]\n}\n"
+                                "def Mesh \"resting\"\n{\n" +
+                                faces + corners(other / 2) + "}\n")
+      .string();
+}
+
+TEST(SweepFiles, ABodyIsSweptToAThousandthOfItsOwnSizeWhateverIsBesideIt) {
+  // Between layers a turn by theta keeps 1 - 2 s (1 - s) (1 - cos(theta)) of the volume.
+  std::uint64_t stepsAlone = 0;
+  for (const double other : {1.0, 1e3, 1e6}) {
+    SCOPED_TRACE(other);
+    const auto options = optionsFor(AnimationSweep{turningBeside(other)});
+    const auto report = sweep(options);
+    ASSERT_TRUE(report) << report.error().text();
+    ASSERT_EQ(report->bodies.size(), 2U);
+    EXPECT_NEAR(report->bodies[0].tolerance.value_or(0), std::sqrt(2) / 1000, 0.5e-3);
+    EXPECT_NEAR(report->bodies[1].tolerance.value_or(0), other / 1000, 1e-6 * other);
+    EXPECT_EQ(report->tolerance,
+              std::max(report->bodies[0].tolerance, report->bodies[1].tolerance));
+    const std::uint64_t steps = report->bodies[0].steps;
+    if (stepsAlone == 0) stepsAlone = steps;
+    EXPECT_EQ(steps, stepsAlone);
+    EXPECT_EQ(nlohmann::json::parse(jsonOf(*report, 0))["bodies"][1]["tolerance"],
+              *report->bodies[1].tolerance);
+    const auto input = openInput(options.output.path);
+    ASSERT_TRUE(input);
+    const slice::TimeSlicer slicer(*input->bodies[0].source);
+    const double theta = 2 * std::numbers::pi / static_cast<double>(steps);
+    for (const double s : {0.0, 0.25, 0.5}) {
+      const auto slice = slicer.at(4 * (3 + s) / static_cast<double>(steps));
+      ASSERT_TRUE(slice);
+      const double law = 1 - 2 * s * (1 - s) * (1 - std::cos(theta));
+      EXPECT_NEAR(model::signedVolume(slice->mesh), law, 1e-6);
+      EXPECT_GT(law, 0.99);
+    }
+  }
+}
+
+TEST(SweepFiles, ABodyThatRestsOrOnlyMovesFoldsNowhereThoughItHasSlivers) {
+  // A box whose upper side has corners that are off an edge by the rounding of coordinates.
+  const auto sliver = formats::writeFile(
+      "sliver.obj",
+      "v 1.7 2.3 0.0\nv 2.655336489125606 2.595520206661339 0.0\n"
+      "v 2.3598162824642666 3.5508566957869454 0.0\nv 1.4044797933386604 3.2553364891256056 0.0\n"
+      "v 1.7 2.3 1.1\nv 2.655336489125606 2.595520206661339 1.1\n"
+      "v 2.3598162824642666 3.5508566957869454 1.1\nv 1.4044797933386604 3.2553364891256056 1.1\n"
+      "v 2.018445496375202 2.39850673555378 1.1\nv 2.336890992750404 2.4970134711075596 1.1\n"
+      "f 1 3 2\nf 1 4 3\nf 1 2 6\nf 1 6 5\nf 2 3 7\nf 2 7 6\nf 3 4 8\nf 3 8 7\nf 4 1 5\n"
+      "f 4 5 8\nf 5 6 10\nf 5 10 9\nf 6 7 10\nf 10 7 8\nf 10 8 9\nf 8 5 9\n");
+  const auto file = formats::writeFile("slivers.json", fmt::format(R"({{
+    "length_unit": "m", "time_unit": "s", "angle_unit": "deg", "bodies": [
+      {{"name": "resting", "solid": "{0}"}},
+      {{"name": "sliding", "solid": "{0}",
+       "joint": {{"type": "prismatic", "axis": [1, 0.3, 0]}},
+       "motion": {{"times": [0, 1], "values": [0, 1000]}}}},
+      {{"name": "turning", "solid": "{0}",
+       "joint": {{"type": "revolute", "axis": [0, 0.6, 0.8]}},
+       "motion": {{"times": [0, 1], "values": [0, 90]}}}}]}})",
+                                                                   sliver.filename().string()));
+  const auto report = sweep(optionsFor(MechanismSweep{file.string()}));
+  ASSERT_TRUE(report) << report.error().text();
+  ASSERT_TRUE(report->folds);
+  EXPECT_EQ(report->folds->prisms, 0U);
+  EXPECT_THAT(report->notices, testing::Not(testing::Contains(testing::HasSubstr("fold"))));
+}
+
+TEST(SweepFiles, ALinkFarFromItsAxisIsRefusedSoonOrBoundedAsAsked) {
+  const auto machine = [](double x) {
+    return formats::writeFile("far.json", fmt::format(R"({{
+      "length_unit": "m", "time_unit": "s", "angle_unit": "deg", "bodies": [
+        {{"name": "arm", "solid": {{"box": [1, 1, 1]}},
+         "joint": {{"type": "revolute", "axis": [0, 0, 1], "origin": [{}, 0, 0]}},
+         "motion": {{"times": [0, 1], "values": [0, 90]}}}}]}})",
+                                                      x))
+        .string();
+  };
+  MechanismSweep what{.file = machine(1e14), .steps = mesh4d::MaxDeviation{0.01}};
+  EXPECT_THAT(refusal(optionsFor(what)).message,
+              testing::HasSubstr("steps or more, at most 100002"));
+  what.file = machine(1e7);
+  what.maxSteps = 1000;
+  EXPECT_THAT(refusal(optionsFor(what)).message, testing::HasSubstr("at most 1000 "));
+  what.maxSteps = 40'000;
+  Notes notes;
+  const auto report = sweep(optionsFor(what), notes);
+  ASSERT_TRUE(report) << report.error().text();
+  EXPECT_THAT(notes.all, testing::Contains(
+                             testing::HasSubstr(fmt::format("'arm' has {} steps", report->steps))));
 }
 
 TEST(SweepFiles, EachSolidOfAMechanismIsABody) {
