@@ -35,10 +35,9 @@ std::optional<voxel4d::SampleType> sampleTypeOf(const py::dtype& type) {
 
 }  // namespace
 
-FrameIterator::FrameIterator(Era begun, py::iterator frames, std::vector<double> times,
+FrameIterator::FrameIterator(py::iterator frames, std::vector<double> times,
                              const voxel4d::Lattice& lattice, const Inside& inside, bool stay)
-    : begun_(begun),
-      frames_(std::move(frames)),
+    : frames_(std::move(frames)),
       times_(std::move(times)),
       lattice_(lattice),
       inside_(inside),
@@ -46,16 +45,20 @@ FrameIterator::FrameIterator(Era begun, py::iterator frames, std::vector<double>
 
 // NOLINTNEXTLINE(bugprone-exception-escape): to take the lock of Python throws nothing
 FrameIterator::~FrameIterator() {
-  const Locked locked(begun_);
+  if (work_.mustStop()) {
+    frames_.release();
+    return;
+  }
+  const Locked locked;
   frames_ = {};
-  raised.reset();
 }
 
 Result<voxel4d::Frame> FrameIterator::frame(std::size_t index) {
-  const Locked locked(begun_);
+  if (work_.mustStop()) return fail(ErrorCode::Failed, "interrupted");
+  const Locked locked;
   try {
     const auto next =
-        py::reinterpret_steal<py::object>(usingPython([&] { return PyIter_Next(frames_.ptr()); }));
+        py::reinterpret_steal<py::object>(inPython([&] { return PyIter_Next(frames_.ptr()); }));
     if (next) return frameOf(next, index);
     if (PyErr_Occurred() != nullptr) throw py::error_already_set();
     return invalid(
@@ -103,11 +106,12 @@ Result<voxel4d::Frame> FrameIterator::frameOf(const py::object& given, std::size
       return checked.error();
     }
     const std::shared_ptr<const py::array> owner(new py::array(array),
-                                                 [begun = begun_](const py::array* kept) {
-                                                   const Locked locked(begun);
+                                                 [work = work_](const py::array* kept) {
+                                                   if (work.mustStop()) return;
+                                                   const Locked locked;
                                                    delete kept;
                                                  });
-    const Unlocked unlocked;
+    const Released released;
     auto signs = voxel4d::usableSignsOf(box, *rule);
     if (!signs) return signs.error();
     const auto outside = voxel4d::fieldOutside(*rule, signs->farthest);

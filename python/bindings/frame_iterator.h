@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "python/bindings/ending.h"
+#include "python/bindings/gil.h"
 #include "t4d/voxel4d/frame.h"
 
 namespace t4d::python {
@@ -21,10 +21,10 @@ class FrameIterator : public voxel4d::FrameSource {
     std::optional<std::int64_t> label;
   };
 
-  /// Of work that began at `begun`. Arrays that `stay` what they are until the work ends are not
-  /// copied. Needs the GIL.
-  FrameIterator(Era begun, py::iterator frames, std::vector<double> times,
-                const voxel4d::Lattice& lattice, const Inside& inside, bool stay);
+  /// Arrays that `stay` what they are until the work ends are not copied. Needs the GIL, in the
+  /// thread that begins the work.
+  FrameIterator(py::iterator frames, std::vector<double> times, const voxel4d::Lattice& lattice,
+                const Inside& inside, bool stay);
   ~FrameIterator() override;
 
   const voxel4d::Lattice& lattice() const override { return lattice_; }
@@ -37,7 +37,7 @@ class FrameIterator : public voxel4d::FrameSource {
  private:
   Result<voxel4d::Frame> frameOf(const py::object& given, std::size_t index);
 
-  Era begun_;
+  Work work_;
   py::iterator frames_;
   std::vector<double> times_;
   voxel4d::Lattice lattice_;

@@ -1,5 +1,5 @@
 #include "python/bindings/bodies.h"
-#include "python/bindings/ending.h"
+#include "python/bindings/gil.h"
 #include "python/bindings/motions.h"
 #include "python/bindings/producers.h"
 #include "python/bindings/triangles.h"
@@ -7,8 +7,7 @@
 // What the Python files of the package are built on. Users import t4d.
 PYBIND11_MODULE(_t4d, module) {
   module.attr("version") = T4D_VERSION;
-  module.def("end_work", &t4d::python::endWork);
-  module.def("forget_work", &t4d::python::forgetWork);
+  module.def("end", &t4d::python::end);
   t4d::python::defineTriangles(module);
   t4d::python::defineMotions(module);
   t4d::python::defineBodies(module);

@@ -7,7 +7,6 @@
 
 #include "python/bindings/arrays.h"
 #include "python/bindings/frame_iterator.h"
-#include "python/bindings/slab_queue.h"
 #include "t4d/formats/t4d/writer.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/voxel4d/weave.h"
@@ -82,12 +81,6 @@ std::shared_ptr<Producer> weaveFrames(const py::function& again, const std::vect
                                       std::optional<double> iso, std::optional<std::int64_t> label,
                                       const std::string& caps, const std::string& between,
                                       bool once, bool stay) {
-  // Python objects must be let go of with the GIL.
-  const std::shared_ptr<py::function> begin(new py::function(again),
-                                            [begun = currentEra()](py::function* function) {
-                                              const Locked locked(begun);
-                                              delete function;
-                                            });
   voxel4d::Lattice lattice;
   voxel4d::WeaveOptions how;
   how.caps = capStyleOf(caps);
@@ -105,10 +98,9 @@ std::shared_ptr<Producer> weaveFrames(const py::function& again, const std::vect
   producer->run = [=, raised = &producer->raised](model::Sink& sink,
                                                   const model::Progress& progress) -> Result<void> {
     std::optional<FrameIterator> frames;
-    const Era begun = currentEra();
     {
-      const Locked locked(begun);
-      frames.emplace(begun, usingPython([&] { return py::iter((*begin)()); }), times, lattice,
+      const Locked locked;
+      frames.emplace(inPython([&] { return py::iter(again()); }), times, lattice,
                      FrameIterator::Inside{iso, label}, stay);
     }
     auto done = voxel4d::weave(*frames, how, sink, progress);
@@ -177,6 +169,8 @@ py::tuple save(const std::string& path, const formats::Metadata& metadata, const
     if (file != nullptr) {
       if (auto kept = writer->keep(file->optionalChunks()); !kept) return kept.error();
     }
+    // The last call of progress has been: what it raised leaves no file.
+    if (auto stopped = watch.goOn(); !stopped) return stopped.error();
     const auto bytes = writer->finish();
     if (!bytes) return bytes.error();
     return Written{*bytes, writer->losses()};
@@ -235,45 +229,22 @@ std::shared_ptr<Body> load(Producer& producer, const std::string& name, py::obje
   return body;
 }
 
-/// An iterator of Python over the slabs of a producer.
-class Slabs {
- public:
-  explicit Slabs(const std::shared_ptr<Producer>& producer) : producer_(producer) {
-    use(*producer);
-    queue_ = std::make_unique<SlabQueue>(producer);
-  }
-  ~Slabs() {
-    const Unlocked unlocked;
-    queue_.reset();
-  }
-
-  std::shared_ptr<model::Slab> next() {
-    auto taken = [&] {
-      const Unlocked unlocked;
-      return queue_->take();
-    }();
-    auto slab = rethrowing(*producer_, [&] { return valueOf(std::move(taken)); });
-    if (!slab) throw py::stop_iteration();
-    return slab;
-  }
-
- private:
-  std::shared_ptr<Producer> producer_;
-  std::unique_ptr<SlabQueue> queue_;
-};
+/// Calls `put` with each slab. Call `use` first.
+void each(Producer& producer, py::object put) {
+  Watch watch(std::move(put));
+  Watch::Caller caller(watch);
+  rethrowing(producer,
+             [&] { watch.run([&](const model::Progress&) { return producer.run(caller, {}); }); });
+}
 
 }  // namespace
 
 void defineProducers(py::module_& module) {
-  py::class_<Slabs>(module, "Slabs")
-      .def("__iter__", [](const py::object& self) { return self; })
-      .def("__next__", &Slabs::next);
   py::class_<Producer, std::shared_ptr<Producer>>(module, "Producer")
       .def("load", &load)
       .def("save", &saveProduced)
-      .def("slabs", [](const std::shared_ptr<Producer>& producer) {
-        return std::make_unique<Slabs>(producer);
-      });
+      .def("use", &use)
+      .def("each", &each);
   module.def("sweep_motion", &sweepMotion);
   module.def("sweep_keys", &sweepKeys);
   module.def("weave_frames", &weaveFrames);

@@ -1,6 +1,6 @@
 #include "python/bindings/triangles.h"
 
-#include "python/bindings/ending.h"
+#include "python/bindings/gil.h"
 #include "t4d/formats/triangle/triangle_mesh_reader.h"
 #include "t4d/formats/triangle/triangle_mesh_writer.h"
 

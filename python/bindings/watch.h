@@ -5,28 +5,39 @@
 #include <mutex>
 #include <optional>
 
-#include "python/bindings/ending.h"
+#include "python/bindings/gil.h"
 #include "t4d/model/slab.h"
 
 namespace t4d::python {
 
 /// Long work as Python sees it: it runs without the GIL, reports its progress to a callable, and
-/// ends early on Ctrl-C or where the callable raises. The library has no way to stop work but an
-/// error of the sink, so that is what it gets, before the next slab.
+/// ends early on Ctrl-C, where the callable raises, and where the interpreter ends. The library has
+/// no way to stop work but an error of the sink, so that is what it gets, before the next slab.
 class Watch {
  public:
   /// `callback` is None, or a callable that takes the fraction done, from 0 to 1.
   explicit Watch(py::object callback) : callback_(std::move(callback)) {}
 
   /// Runs `work`, a function of a Progress, without the GIL, and returns the value of its Result.
-  template <class Work>
-  auto run(Work work) {
+  template <class Do>
+  auto run(Do work) {
     auto result = [&] {
       const Unlocked unlocked;
-      return work(progress());
+      return work(model::Progress([this](double fraction) { report(fraction); }));
     }();
     if (raised_) throw *std::exchange(raised_, std::nullopt);
+    work_.exitIfEnding();
     return valueOf(std::move(result));
+  }
+
+  /// An error if the work is to stop. Call it without the GIL.
+  Result<void> goOn() {
+    if (!stop_ && !work_.mustStop() && isDue(false)) {
+      const Locked locked;
+      if (inPython(PyErr_CheckSignals) != 0) stopWithException();
+    }
+    if (stop_ || work_.mustStop()) return fail(ErrorCode::Failed, "interrupted");
+    return {};
   }
 
   /// A sink before another one: it passes on slabs until the work is to stop.
@@ -35,18 +46,18 @@ class Watch {
     Sink(Watch& watch, model::Sink& next) : watch_(watch), next_(next) {}
 
     Result<void> put(const model::Slab& slab) override {
-      if (watch_.stops()) return fail(ErrorCode::Failed, "interrupted");
+      if (auto stopped = watch_.goOn(); !stopped) return stopped;
       return next_.put(slab);
     }
     std::unique_ptr<Prepared> prepare(const model::Slab& slab) const override {
       return next_.prepare(slab);
     }
     Result<void> putPrepared(const model::Slab& slab, Prepared* prepared) override {
-      if (watch_.stops()) return fail(ErrorCode::Failed, "interrupted");
+      if (auto stopped = watch_.goOn(); !stopped) return stopped;
       return next_.putPrepared(slab, prepared);
     }
     Result<void> putStreamed(const model::StreamedSlab& slab) override {
-      if (watch_.stops()) return fail(ErrorCode::Failed, "interrupted");
+      if (auto stopped = watch_.goOn(); !stopped) return stopped;
       return next_.putStreamed(slab);
     }
 
@@ -55,31 +66,41 @@ class Watch {
     model::Sink& next_;
   };
 
+  /// A sink that calls `callback` with each slab.
+  class Caller : public model::Sink {
+   public:
+    explicit Caller(Watch& watch) : watch_(watch) {}
+
+    Result<void> put(const model::Slab& slab) override {
+      auto copy = std::make_shared<model::Slab>(slab);
+      if (auto stopped = watch_.goOn(); !stopped) return stopped;
+      const Locked locked;
+      watch_.call(py::cast(std::move(copy)));
+      return watch_.stop_ ? Result<void>(fail(ErrorCode::Failed, "interrupted")) : Result<void>();
+    }
+
+   private:
+    Watch& watch_;
+  };
+
  private:
-  model::Progress progress() {
-    return [this](double fraction) {
-      goOn(begun_);
-      if (callback_.is_none() || !isDue(fraction >= 1)) return;
-      const Locked locked(begun_);
-      try {
-        if (!raised_) usingPython([&] { callback_(fraction); });
-      } catch (py::error_already_set& error) {
-        raised_ = error;
-        stop_ = true;
-      }
-    };
+  void report(double fraction) {
+    if (work_.mustStop() || callback_.is_none() || !isDue(fraction >= 1)) return;
+    const Locked locked;
+    if (!stop_) call(py::float_(fraction));
   }
 
-  bool stops() {
-    goOn(begun_);
-    if (!stop_ && isDue(false)) {
-      const Locked locked(begun_);
-      if (usingPython(PyErr_CheckSignals) != 0) {
-        raised_ = py::error_already_set();
-        stop_ = true;
-      }
-    }
-    return stop_;
+  /// Needs the GIL. No destructor runs within inPython: it might, without the GIL.
+  void call(const py::object& argument) {
+    PyObject* const returned = inPython(
+        [&] { return PyObject_CallFunctionObjArgs(callback_.ptr(), argument.ptr(), nullptr); });
+    if (returned == nullptr) stopWithException();
+    Py_XDECREF(returned);
+  }
+
+  void stopWithException() {
+    raised_ = py::error_already_set();
+    stop_ = true;
   }
 
   /// Twenty times a second.
@@ -91,7 +112,7 @@ class Watch {
     return true;
   }
 
-  const Era begun_ = currentEra();
+  const Work work_;
   py::object callback_;
   std::optional<py::error_already_set> raised_;
   std::atomic<bool> stop_ = false;

@@ -11,11 +11,9 @@ can do. Lengths and times are in the units of the mesh.
 """
 
 import importlib
-import os
 from typing import Any
 
 from t4d import _t4d
-from t4d.ending import at_end
 from t4d.errors import Error, Failed, FileError, InvalidInput, Loss, Unsupported, VerbError
 from t4d.mesh import Mesh, Slab, read, sweep, weave
 from t4d.motions import Motion
@@ -31,9 +29,6 @@ def __getattr__(name: str) -> Any:
         return importlib.import_module(f"t4d.{name}")
     raise AttributeError(f"module 't4d' has no attribute '{name}'")
 
-
-os.register_at_fork(after_in_child=_t4d.forget_work)
-at_end(_t4d.end_work)
 
 __all__ = [
     "Error",

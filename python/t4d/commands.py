@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import copy
 import functools
@@ -22,7 +23,6 @@ import numpy as np
 
 from t4d import usd
 from t4d.checks import Path as PathLike
-from t4d.ending import at_end
 from t4d.errors import Loss, VerbError, warn
 from t4d.mesh import Mesh, file_of, read
 from t4d.motions import Motion, plain
@@ -311,5 +311,5 @@ def _end() -> None:
             process.kill()
 
 
-at_end(_end)
+atexit.register(_end)
 os.register_at_fork(after_in_child=_running.clear)

@@ -30,6 +30,7 @@ from t4d import _t4d, checks
 from t4d.checks import Numbers, Path
 from t4d.errors import InvalidInput, Loss, about, warn
 from t4d.motions import Motion, MotionLike
+from t4d.slabs import SlabStream
 from t4d.triangles import TriangleMesh
 from t4d.unchanging import Unchanging
 
@@ -246,7 +247,7 @@ class Mesh(Unchanging):
     def slabs(self) -> Iterator[Slab]:
         """The slabs in time order, of which one or two are in memory."""
         if self._producer is not None:
-            return (Slab(slab) for slab in self._producer.slabs())
+            return (Slab(slab) for slab in SlabStream(self._producer))
         return (self._slab(i) for i in range(self.slab_count))
 
     def slab(self, index: SupportsIndex) -> Slab:
