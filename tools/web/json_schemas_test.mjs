@@ -22,7 +22,7 @@ const pages = readdirSync(docs).filter((name) => name.endsWith('.md'));
 
 // Members that are present in some cases only, and those with arbitrary content.
 const optional = ['vertex_links_ok', 'hypervolume_expected', 'hypervolume_error', 'convergence',
-  'slab_list', 'folds', 'crossings', 'mend'];
+  'slab_list', 'folds', 'crossings', 'mend', 'mended'];
 // Members that are present in some compared meshes only.
 const optionalOfMeshes = ['voxel_size', 'frames', 'symmetric_difference', 'hausdorff'];
 const isComparedMesh = (verb, where) =>
