@@ -6,8 +6,6 @@
 #include <fmt/ranges.h>
 #include <pybind11/numpy.h>
 
-#include "t4d/voxel4d/sample_box.h"
-
 namespace t4d::python {
 namespace {
 
@@ -36,7 +34,8 @@ std::optional<voxel4d::SampleType> sampleTypeOf(const py::dtype& type) {
 }  // namespace
 
 FrameIterator::FrameIterator(py::iterator frames, std::vector<double> times,
-                             const voxel4d::Lattice& lattice, const Inside& inside, bool stay)
+                             const voxel4d::Lattice& lattice, const voxel4d::ArrayInside& inside,
+                             bool stay)
     : frames_(std::move(frames)),
       times_(std::move(times)),
       lattice_(lattice),
@@ -95,7 +94,7 @@ Result<voxel4d::Frame> FrameIterator::frameOf(const py::object& given, std::size
     const auto type = sampleTypeOf(array.dtype());
     const std::string typeName = py::str(py::object(array.dtype()));
     if (!type) return invalid(fmt::format("the array is of {}; expected numbers", typeName));
-    const auto rule = voxel4d::arrayRule(*type, typeName, inside_.iso, inside_.label);
+    const auto rule = voxel4d::arrayRule(*type, typeName, inside_);
     if (!rule) return rule.error();
     voxel4d::SampleBox box{*type, static_cast<const std::byte*>(array.data()), {}, {}};
     for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -8,6 +8,7 @@
 
 #include "python/bindings/gil.h"
 #include "t4d/voxel4d/frame.h"
+#include "t4d/voxel4d/sample_box.h"
 
 namespace t4d::python {
 
@@ -15,16 +16,10 @@ namespace t4d::python {
 /// are in memory at a time.
 class FrameIterator : public voxel4d::FrameSource {
  public:
-  /// What is inside, as of voxel4d::arrayRule.
-  struct Inside {
-    std::optional<double> iso;
-    std::optional<std::int64_t> label;
-  };
-
   /// Arrays that `stay` what they are until the work ends are not copied. Needs the GIL, in the
   /// thread that begins the work.
   FrameIterator(py::iterator frames, std::vector<double> times, const voxel4d::Lattice& lattice,
-                const Inside& inside, bool stay);
+                const voxel4d::ArrayInside& inside, bool stay);
   ~FrameIterator() override;
 
   const voxel4d::Lattice& lattice() const override { return lattice_; }
@@ -41,7 +36,7 @@ class FrameIterator : public voxel4d::FrameSource {
   py::iterator frames_;
   std::vector<double> times_;
   voxel4d::Lattice lattice_;
-  Inside inside_;
+  voxel4d::ArrayInside inside_;
   bool stay_;
   std::vector<py::ssize_t> shape_;
 };

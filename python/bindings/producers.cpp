@@ -78,9 +78,10 @@ voxel4d::CapStyle capStyleOf(const std::string& name) {
 /// mesh is mapped.
 std::shared_ptr<Producer> weaveFrames(const py::function& again, const std::vector<double>& times,
                                       const std::array<double, 12>& place,
-                                      std::optional<double> iso, std::optional<std::int64_t> label,
-                                      const std::string& caps, const std::string& between,
-                                      bool once, bool stay) {
+                                      std::optional<double> iso, bool below,
+                                      std::optional<std::int64_t> label,
+                                      std::optional<double> outside, const std::string& caps,
+                                      const std::string& between, bool once, bool stay) {
   voxel4d::Lattice lattice;
   voxel4d::WeaveOptions how;
   how.caps = capStyleOf(caps);
@@ -101,7 +102,7 @@ std::shared_ptr<Producer> weaveFrames(const py::function& again, const std::vect
     {
       const Locked locked;
       frames.emplace(inPython([&] { return py::iter(again()); }), times, lattice,
-                     FrameIterator::Inside{iso, label}, stay);
+                     voxel4d::ArrayInside{iso, below, label, outside}, stay);
     }
     auto done = voxel4d::weave(*frames, how, sink, progress);
     if (frames->raised) *raised = std::exchange(frames->raised, std::nullopt);

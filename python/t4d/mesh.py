@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import math
 import operator
@@ -697,7 +698,9 @@ def weave(
     affine: Optional[ArrayLike] = None,
     times: Optional[Numbers] = None,
     iso: Optional[SupportsFloat] = None,
-    label: Union[None, SupportsIndex, Sequence[SupportsIndex]] = None,
+    below: Optional[SupportsFloat] = None,
+    label: Union[None, str, SupportsIndex, Sequence[SupportsIndex]] = None,
+    outside_value: Optional[SupportsFloat] = None,
     caps: str = "flat",
     between: str = "distance",
     name: str = "solid",
@@ -711,8 +714,10 @@ def weave(
     ``frames`` is an array (nt, nx, ny, nz), or anything that gives arrays (nx, ny, nz) one by one.
     Arrays of numpy.memmap, h5py, zarr, dask and others that read what is asked for are read frame
     by frame, and two frames are in memory at a time; of an iterator, too, and ``times`` says how
-    many it gives. Inside are values above ``iso``, or whole numbers that equal ``label``; without
-    either, values below zero, and True. Several labels make a mesh of as many bodies, in memory.
+    many it gives. Inside are values above ``iso``, values below ``below``, or whole numbers that
+    equal ``label``; without any of these, values below zero, and True. Several labels, or "all"
+    but 0, make a mesh of as many bodies, in memory. Samples of the ``outside_value``, which may be
+    NaN, are no data and lie outside.
 
     The point (0, 0, 0) lies at ``origin``, the next ones ``spacing`` apart, one number or one for
     each axis; or ``affine``, (3, 4) or (4, 4), maps indices to space, as nibabel has it. Everything
@@ -755,9 +760,16 @@ def weave(
         raise InvalidInput(f"{checks.counted(len(moments), 'time')}; a motion has at least 2")
     once = not _is_array(frames) and iter(frames) is frames
     place = _place(spacing, origin, affine)
+    if sum(given is not None for given in (iso, below, label)) > 1:
+        raise TypeError("iso, below and label exclude each other")
     threshold = None if iso is None else checks.number("iso", iso)
-    if label is not None and iso is not None:
-        raise TypeError("an iso value and a label exclude each other")
+    if below is not None:
+        threshold = checks.number("below", below)
+    no_data = (
+        None
+        if outside_value is None
+        else checks.number("outside_value", outside_value, holds=lambda value: True)
+    )
     checks.choice("caps", caps, ("flat", "graded", "half-step"))
     checks.choice("between", between, ("distance", "midpoint"))
     checks.text("name", name)
@@ -770,7 +782,9 @@ def weave(
             moments,
             place.ravel().tolist(),
             threshold,
+            below is not None,
             which,
+            no_data,
             caps,
             between,
             once,
@@ -790,9 +804,13 @@ def weave(
 
     if label is None or hasattr(label, "__index__"):
         return woven(None if label is None else _label(label), name)
-    labels = [_label(one) for one in label]
     if once:
         raise TypeError("an iterator gives its frames once: give one label, or an array")
+    if isinstance(label, str):
+        checks.choice("label", label, ("all",))
+        found = (np.unique(frame) for frame in _Frames(frames, len(moments)))
+        label = [int(one) for one in functools.reduce(np.union1d, found) if one != 0]
+    labels = [_label(one) for one in label]
     if not labels or len(set(labels)) < len(labels):
         raise ValueError(f"label: {labels}; expected different whole numbers")
     meshes = [woven(one, f"{name} {one}").load() for one in labels]

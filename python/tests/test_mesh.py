@@ -548,8 +548,24 @@ def test_labels_and_affines(tmp_path):
             t4d.weave(frames, **wrong)
     with pytest.raises(TypeError, match="once"):
         t4d.weave(iter(frames), label=[1, -2], times=range(3))
+    every = t4d.weave(frames, label="all", name="cell")
+    assert every.names == [f"cell {one}" for one in np.unique(frames) if one != 0]
     with pytest.raises(t4d.InvalidInput, match="labels are whole numbers"):
         t4d.weave(frames.astype(float), label=1).load()
+
+
+def test_below_and_no_data():
+    side = np.arange(-5, 6.0)
+    squares = side[:, None, None] ** 2 + side[:, None] ** 2 + side**2
+    frames = np.stack([squares, squares])
+    volume = t4d.weave(-frames, iso=-9).volumes([0.5])
+    assert t4d.weave(frames, below=9).volumes([0.5]) == volume
+    half = np.where(side[:, None, None] > 0, np.nan, frames)
+    assert 0 < t4d.weave(half, below=9, outside_value=np.nan).volumes([0.5]) < 0.7 * volume
+    with pytest.raises(t4d.InvalidInput):
+        t4d.weave(half, below=9).load()
+    with pytest.raises(TypeError, match="exclude each other"):
+        t4d.weave(frames, below=9, iso=3)
 
 
 def test_a_curve_retimes_frames(models, tmp_path):

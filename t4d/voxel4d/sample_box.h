@@ -117,10 +117,6 @@ struct ArrayInside {
 /// `iso` with bools or not finite, and `outside` with bools or a label.
 Result<SampleRule> arrayRule(SampleType type, const std::string& typeName,
                              const ArrayInside& inside);
-inline Result<SampleRule> arrayRule(SampleType type, const std::string& typeName,
-                                    std::optional<double> iso, std::optional<std::int64_t> label) {
-  return arrayRule(type, typeName, ArrayInside{.iso = iso, .label = label});
-}
 
 /// For arrays in memory: fails for sizes of zero, or of more than 2^31 - 1 points along an axis.
 Result<void> checkArraySize(const std::array<std::size_t, 3>& size);
