@@ -39,15 +39,27 @@ struct CommonEdge {
   }
 };
 
-/// The triangles of a surface that reach a box, with their edges.
+/// Whether a triangle is no higher than some roundings of coordinates: its plane is not known, and
+/// the triangles beside it say as much. Slices have such slivers at layers.
+bool isSliver(const std::array<Point3, 3>& t, double rounding) {
+  constexpr double kMostRoundings = 1024;
+  const Vector3d u = t[1] - t[0];
+  const Vector3d v = t[2] - t[0];
+  const double longest = std::max({u.norm(), v.norm(), (v - u).norm()});
+  return u.cross(v).norm() <= kMostRoundings * rounding * longest;
+}
+
+/// The triangles of a surface that reach a box, but for slivers, with their edges.
 class NearSurface {
  public:
-  NearSurface(const TriangleMesh& mesh, const Bounds3& box) : near_{mesh.vertices, {}, {}} {
+  NearSurface(const TriangleMesh& mesh, const Bounds3& box, double rounding)
+      : near_{mesh.vertices, {}, {}} {
     for (const Triangle& triangle : mesh.triangles) {
       Bounds3 own;
       for (const std::uint32_t corner : triangle) own.add(mesh.vertices[corner]);
       if ((own.min.array() <= box.max.array()).all() &&
-          (own.max.array() >= box.min.array()).all()) {
+          (own.max.array() >= box.min.array()).all() &&
+          !isSliver({point(triangle[0]), point(triangle[1]), point(triangle[2])}, rounding)) {
         near_.triangles.push_back(triangle);
       }
     }
@@ -163,12 +175,9 @@ class Touching {
 class CommonEdges {
  public:
   CommonEdges(const TriangleMesh& a, const TriangleMesh& b, const Bounds3& box)
-      : a_(a, box),
-        b_(b, box),
-        windingA_(a),
-        windingB_(b),
-        touching_(kCoordinateRounding *
-                  std::max(box.min.cwiseAbs().maxCoeff(), box.max.cwiseAbs().maxCoeff())) {}
+      : CommonEdges(a, b, box,
+                    kCoordinateRounding *
+                        std::max(box.min.cwiseAbs().maxCoeff(), box.max.cwiseAbs().maxCoeff())) {}
 
   std::vector<CommonEdge> find() {
     addEdgesOf(a_, b_, windingB_, /*isA=*/true);
@@ -182,6 +191,13 @@ class CommonEdges {
 
  private:
   static constexpr double kCoordinateRounding = 64 * kEpsilon;
+
+  CommonEdges(const TriangleMesh& a, const TriangleMesh& b, const Bounds3& box, double rounding)
+      : a_(a, box, rounding),
+        b_(b, box, rounding),
+        windingA_(a),
+        windingB_(b),
+        touching_(rounding) {}
 
   /// Of two triangles that meet.
   struct Crossing {

@@ -4,10 +4,12 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <utility>
 
 #include <gtest/gtest.h>
 
 #include "t4d/fixtures/solids.h"
+#include "t4d/measure/overlap_depth.h"
 
 namespace t4d::measure {
 namespace {
@@ -262,6 +264,25 @@ TEST(SolidOverlap, OfATipWithinAFaceThatTouchesIsThatOfTheTip) {
     EXPECT_NEAR(overlapOf(standing, tableBelow(20)), volume, 0.01 * volume) << depth;
   }
   EXPECT_EQ(overlapOf(tableBelow(20), box), 0);
+}
+
+// Slices have such triangles next to a layer.
+TriangleMesh withSlivers(TriangleMesh mesh) {
+  const std::vector<model::Triangle> triangles = std::exchange(mesh.triangles, {});
+  for (const auto& [a, b, c] : triangles) {
+    const auto between = static_cast<std::uint32_t>(mesh.vertices.size());
+    mesh.vertices.emplace_back(0.7 * mesh.vertices[a] + 0.3 * mesh.vertices[b]);
+    mesh.triangles.insert(mesh.triangles.end(),
+                          {{a, b, between}, {a, between, c}, {between, b, c}});
+  }
+  return mesh;
+}
+
+TEST(OverlapDepth, OfCubesWithCommonFacesIsRightAlsoWithSlivers) {
+  TriangleMesh low = withSlivers(fixtures::cube(1));
+  TriangleMesh high = low;
+  for (Point3& vertex : high.vertices) vertex.y() += 0.99;
+  EXPECT_NEAR(OverlapDepth(low, high).greatest(), 0.005, 0.0001);
 }
 
 TEST(SolidOverlap, OfSolidsWithCommonFacesIsTheSmallerOne) {
