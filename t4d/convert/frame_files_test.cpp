@@ -35,8 +35,11 @@ TEST(FrameNames, AreThoseOfAFolderOrAPattern) {
   EXPECT_FALSE(frameNames("a%d", ""));
   EXPECT_FALSE(frameNames("out", ".vdb"));
   for (const char* pattern : {"a%s.ply", "a%5d.ply", "a%.ply", "a.ply"}) {
-    EXPECT_TRUE(frameNames(pattern, "").error().message.starts_with(fmt::format(
-        "'{}' is neither a folder for files of a given format nor a pattern", pattern)));
+    EXPECT_TRUE(
+        frameNames(pattern, "")
+            .error()
+            .message.starts_with(fmt::format(
+                "'{}' is neither a folder for files of a given format nor a pattern", pattern)));
   }
   EXPECT_FALSE(frameNames("a%s.ply", ".ply"));
   EXPECT_EQ(frameNames("100 %", ".ply")->folder, "100 %");

@@ -52,8 +52,8 @@ struct LoadedMesh {
 };
 
 /// Reads .stl (text or binary), .obj, .ply (text or binary, faces and triangle strips), .off, .vtp,
-/// .vtu (a surface, or the boundary of volume cells), .gltf, .glb, .usda, .usdz, .fbx or .dae, by the
-/// extension.
+/// .vtu (a surface, or the boundary of volume cells), .gltf, .glb, .usda, .usdz, .fbx or .dae, by
+/// the extension.
 ///
 /// Coordinates are the doubles nearest to the numbers in the file, in its own units and axes (glTF:
 /// the default scene in metres, y up, with its node transforms, at rest). Vertices with equal
