@@ -43,9 +43,9 @@ class BinaryDistribution(Distribution):
         return True
 
 
-version = re.search(r"project\(t4d VERSION ([0-9.]+)", (ROOT / "CMakeLists.txt").read_text())[1]
+version = re.findall(r"#define T4D_VERSION_\w+ ([0-9]+)", (ROOT / "t4d" / "version.h").read_text())
 setup(
-    version=version,
+    version=".".join(version),
     packages=["t4d"],
     data_files=[("share/t4d/paraview", ["paraview/t4d_reader.py"])],
     cmdclass={"build_py": BuildWithCMake},

@@ -17,8 +17,8 @@ struct ForeignScene {
 
 /// FBX and COLLADA, which a build without Assimp refuses.
 inline std::vector<system::FileFormat> foreignSceneFormats() {
-  return {{"FBX", {".fbx"}, {"triangles", "bodies", "names of bodies", "units"}},
-          {"COLLADA", {".dae"}, {"triangles", "bodies", "names of bodies", "units"}}};
+  return {{"animated FBX", {".fbx"}, {"triangles", "bodies", "names of bodies", "units"}},
+          {"animated COLLADA", {".dae"}, {"triangles", "bodies", "names of bodies", "units"}}};
 }
 
 /// True for the name of an FBX or COLLADA file: .fbx or .dae.
