@@ -5,6 +5,7 @@ import path from 'node:path';
 
 import { chromium } from 'playwright-core';
 
+import { chromiumOptions } from './chromium.mjs';
 import { root } from './t4d.mjs';
 
 const web = path.join(root, 'tools/web');
@@ -28,15 +29,7 @@ const server = http.createServer((request, response) => {
 });
 await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
 
-const browser = await chromium.launch({
-  executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
-  args: [
-    '--no-sandbox',  // not available to root; Chromium loads only our own page
-    '--use-angle=swiftshader', '--enable-unsafe-swiftshader',  // WebGL without a GPU
-    '--disable-background-networking', '--no-first-run', '--disable-sync',
-    '--disable-component-update',
-  ],
-});
+const browser = await chromium.launch(chromiumOptions);
 try {
   const page = await browser.newPage({ viewport: { width: 1600, height: 700 } });
   page.setDefaultTimeout(300_000);

@@ -10,6 +10,7 @@ import * as THREE from 'three';
 import { USDAParser } from 'three/addons/loaders/usd/USDAParser.js';
 import { USDLoader } from 'three/addons/loaders/USDLoader.js';
 
+import { chromiumOptions } from './chromium.mjs';
 import { makeFolder, root, t4d } from './t4d.mjs';
 
 const folder = makeFolder('usd');
@@ -151,10 +152,7 @@ test('Chromium plays it', async () => {
   mkdirSync(folder, { recursive: true });
   writeFileSync(at('play.html'), page);
   const server = await serve();
-  const browser = await chromium.launch({
-    executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
-    args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'],
-  });
+  const browser = await chromium.launch(chromiumOptions);
   try {
     const shown = await browser.newPage({ viewport: { width: 160, height: 320 } });
     shown.on('pageerror', (error) => console.error(error));

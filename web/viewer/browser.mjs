@@ -5,6 +5,8 @@ import path from 'node:path';
 
 import { chromium } from 'playwright-core';
 
+import { chromiumOptions } from '../../tools/web/chromium.mjs';
+
 const types = { '.html': 'text/html', '.js': 'text/javascript' };
 
 /**
@@ -38,15 +40,7 @@ export async function serve(files) {
   return { url: `http://127.0.0.1:${server.address().port}/`, requests, close: () => server.close() };
 }
 
-/** Chromium without a GPU, and nothing of the network but our own pages. */
-export const launch = () => chromium.launch({
-  executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
-  args: [
-    '--no-sandbox',  // not available to root; Chromium loads only our own page
-    '--use-angle=swiftshader', '--enable-unsafe-swiftshader',  // WebGL without a GPU
-    '--disable-background-networking', '--no-first-run', '--disable-sync', '--disable-component-update',
-  ],
-});
+export const launch = () => chromium.launch(chromiumOptions);
 
 /** A page whose console errors are collected. */
 export async function openPage(browser, url, options = {}) {

@@ -931,7 +931,7 @@ test('a page or a folder is written, and nothing else is overwritten', () => {
   refuses('taken', /taken\/index.html: exists and was not written by t4d/);
   refuses('other', /other\/A.t4d: exists and was not written by t4d/);
   refuses('text.txt', /text.txt is a file; name a page that ends in .html, or a folder/);
-  refuses('A.t4d', /the output A.t4d is the input itself/);
+  refuses('A.t4d', /A.t4d is a file; name a page that ends in .html, or a folder/);
   assert.equal(readFileSync(path.join(made, 'taken/index.html'), 'utf8'), 'mine');
   assert.deepEqual(readdirSync(path.join(made, 'taken')), ['index.html']);
   assert.ok(readFileSync(path.join(made, 'other/A.t4d')).equals(readFileSync(at('torus.t4d'))));
