@@ -148,6 +148,7 @@ Result<WeaveReport> weave(WeaveInput input, const WeaveOptions& options, Observe
   if (!input.frames.notice.empty()) {
     report.notices.push_back(fmt::format("{}: {}", input.name, input.frames.notice));
   }
+  std::ranges::copy(input.frames.notes, std::back_inserter(report.notices));
   if (auto woven = weaveBodies(input, options, *file, report, observer); !woven) {
     return woven.error();
   }
@@ -166,6 +167,7 @@ Result<WeaveReport> weave(WeaveInput input, const WeaveOptions& options, Observe
     std::ranges::copy(input.meshes->notices, std::back_inserter(report.notices));
     report.losses = input.meshes->losses;
   }
+  std::ranges::copy(input.frames.losses, std::back_inserter(report.losses));
   std::ranges::copy(file->losses(), std::back_inserter(report.losses));
   report.seconds = input.seconds + stopwatch.seconds();
   return report;

@@ -16,6 +16,7 @@
 #include "t4d/system/stopwatch.h"
 #include "t4d/voxel4d/advected_frames.h"
 #include "t4d/voxel4d/vdb_frames.h"
+#include "t4d/voxel4d/volumes/frame_stream.h"
 #include "t4d/voxel4d/volumes/volume_labels.h"
 #include "t4d/voxel4d/volumes/volume_velocity.h"
 
@@ -44,7 +45,11 @@ Result<void> checkFrameFolder(const std::string& folder) {
                  folder);
 }
 
+/// Frames that another program writes to standard input.
+constexpr std::string_view kStream = "-";
+
 FrameKind kindOfFrame(const std::string& file) {
+  if (file == kStream) return FrameKind::Volumes;
   if (isMeshFrame(file)) return FrameKind::Meshes;
   return voxel4d::isVolumeFile(file) ? FrameKind::Volumes : FrameKind::Vdb;
 }
@@ -166,6 +171,10 @@ Result<void> openKind(FrameKind kind, WeaveInput& input) {
   if (kind != FrameKind::Volumes) input.reading.labels.clear();
   if (kind == FrameKind::Meshes) return openMeshes(input);
   if (kind == FrameKind::Vdb) return openVdb(input);
+  if (input.files.front() == kStream) {
+    const bool again = input.reading.allLabels || input.reading.labels.size() > 1;
+    input.reading.volumes.input = std::make_shared<voxel4d::InputBytes>(again);
+  }
   if (input.reading.allLabels) {
     auto found = voxel4d::labelsOf(pathsOf(input.files), volumeOptionsOf(input));
     if (!found) return found.error();
@@ -177,6 +186,7 @@ Result<void> openKind(FrameKind kind, WeaveInput& input) {
       input, labels.empty() ? std::nullopt : std::optional<std::int64_t>(labels.front()));
   if (!opened) return opened.error();
   input.frames = std::move(*opened);
+  if (!input.frames.name.empty()) input.name = input.frames.name;
   return {};
 }
 
@@ -193,6 +203,9 @@ std::string volumeExtensions() {
 
 Result<FrameKind> frameKindOf(std::span<const std::string> files) {
   if (files.empty()) return fail(ErrorCode::Options, "no frames are given");
+  if (files.size() > 1 && std::ranges::find(files, kStream) != files.end()) {
+    return fail(ErrorCode::Options, "standard input (-) has all frames; no file is given beside it");
+  }
   for (const std::string& file : files) {
     if (auto good = checkFrameFolder(file); !good) return good.error();
     // A mesh of a format that is only written is none of what can be woven.

@@ -15,7 +15,7 @@ namespace t4d::verbs {
 /// What files of frames hold.
 enum class FrameKind : std::uint8_t {
   Vdb,      ///< grids of OpenVDB, or a folder of their files
-  Volumes,  ///< voxel4d::volumeFormats, DICOM, Zarr
+  Volumes,  ///< voxel4d::volumeFormats, DICOM, Zarr, or `-`, a stream of frames
   Meshes,   ///< triangle meshes, or a collection (.pvd) of them
 };
 

@@ -219,6 +219,9 @@ std::optional<std::string> misuseOfInput(const WeaveArguments& options, FrameKin
     return "--channel is for .tif files, and for Zarr";
   }
   if (reading.volumes.level > 0 && !isOf({}, true)) return "--level is for Zarr";
+  if (options.frames.front() == "-" && !reading.region.empty()) {
+    return "--region is not for standard input (-): who writes it chooses the samples";
+  }
   if (auto misuse = misuseOfInside(options)) return misuse;
   if (volumes) return std::nullopt;
   const voxel4d::VolumeOptions& input = reading.volumes;
@@ -342,7 +345,7 @@ void addWeave(CLI::App& app, int& exitCode) {
   command
       ->add_option("FRAMES", options->frames,
                    "Frames: .vdb files or their folder; volumes: " + verbs::volumeExtensions() +
-                       "; or, with --voxel-size, triangle meshes: " +
+                       "; - for a stream of frames (docs/frame-stream.md); or, with --voxel-size, triangle meshes: " +
                        formats::readableTriangleMeshExtensions() + ", or a .pvd that lists them")
       ->required();
   command

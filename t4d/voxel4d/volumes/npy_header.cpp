@@ -4,6 +4,7 @@
 
 #include "t4d/voxel4d/volumes/header_text.h"
 #include "t4d/voxel4d/volumes/headers.h"
+#include "t4d/voxel4d/volumes/npy_array.h"
 
 namespace t4d::voxel4d {
 namespace {
@@ -35,38 +36,42 @@ std::optional<SampleType> typeOf(std::string_view descr) {
 
 }  // namespace
 
-Result<Volume> readNpyHeader(const std::filesystem::path& path, std::string_view axes) {
-  Volume volume;
-  volume.where = path.string();
-  auto opened = openHeader(path);
-  if (!opened) return opened.error();
-  std::ifstream& file = *opened;
-  std::array<unsigned char, 12> front{};
-  file.read(reinterpret_cast<char*>(front.data()), front.size());
+Result<NpyArray> readNpyArray(
+    const std::function<Result<std::size_t>(std::span<std::byte>)>& read, const Place& where) {
+  const auto fill = [&](std::span<char> into) -> Result<void> {
+    const auto got = read(std::as_writable_bytes(into));
+    if (!got) return got.error();
+    if (*got < into.size()) return invalid("is cut off within the header of a .npy file", where);
+    return {};
+  };
+  std::array<char, 10> front{};
+  if (auto done = fill(front); !done) return done.error();
   constexpr std::string_view kMagic = "\x93NUMPY";
-  if (!file ||
-      !std::equal(kMagic.begin(), kMagic.end(), front.begin(),
-                  [](char a, unsigned char b) { return static_cast<unsigned char>(a) == b; })) {
-    return invalid("is not a .npy file: it does not begin with \\x93NUMPY", volume.where);
+  if (!std::string_view(front.data(), front.size()).starts_with(kMagic)) {
+    return invalid("is not a .npy file: it does not begin with \\x93NUMPY", where);
   }
-  const unsigned major = front[6];
+  const unsigned major = static_cast<unsigned char>(front[6]);
   if (major < 1 || major > 3) {
-    return invalid(fmt::format("is of version {}.{}; versions 1 to 3 can be read", major, front[7]),
-                   volume.where);
+    return invalid(fmt::format("is of version {}.{}; versions 1 to 3 can be read", major,
+                               static_cast<unsigned char>(front[7])),
+                   where);
   }
-  std::uint64_t length = front[8] | front[9] << 8U;
-  if (major > 1) length |= std::uint64_t{front[10]} << 16U | std::uint64_t{front[11]} << 24U;
-  const std::uint64_t begin = major > 1 ? 12 : 10;
+  std::array<char, 4> size = {front[8], front[9], 0, 0};
+  if (major > 1) {
+    if (auto done = fill(std::span(size).last(2)); !done) return done.error();
+  }
+  std::uint64_t length = 0;
+  for (std::size_t i = 0; i < size.size(); ++i) {
+    length |= std::uint64_t{static_cast<unsigned char>(size[i])} << (8 * i);
+  }
   constexpr std::uint64_t kLongest = 1U << 16U;
   if (length > kLongest) {
     return invalid(
         fmt::format("announces a header of {} bytes; at most {} are read", length, kLongest),
-        volume.where);
+        where);
   }
   std::string dictionary(length, '\0');
-  file.seekg(static_cast<std::streamoff>(begin));
-  file.read(dictionary.data(), static_cast<std::streamsize>(length));
-  if (!file) return invalid("is cut off within its header", volume.where);
+  if (auto done = fill(dictionary); !done) return done.error();
 
   std::string descr = valueOf(dictionary, "descr");
   const std::string fortran = valueOf(dictionary, "fortran_order");
@@ -74,7 +79,7 @@ Result<Volume> readNpyHeader(const std::filesystem::path& path, std::string_view
   if (descr.size() < 3 || shape.empty() || (fortran != "True" && fortran != "False")) {
     return invalid(fmt::format("its header lacks 'descr', 'fortran_order' or 'shape': '{}'",
                                shown(dictionary)),
-                   volume.where);
+                   where);
   }
   descr.erase(0, 1);  // the quote
   const char order = descr.front();
@@ -83,17 +88,38 @@ Result<Volume> readNpyHeader(const std::filesystem::path& path, std::string_view
     return invalid(fmt::format("has samples of type '{}'; bools, integers, and floats of 32 and 64 "
                                "bits can be used",
                                shown(descr)),
-                   volume.where);
+                   where);
   }
-  volume.type = *type;
-  volume.order = order == '>' ? std::endian::big : std::endian::little;
+  NpyArray array;
+  array.type = *type;
+  array.order = order == '>' ? std::endian::big : std::endian::little;
+  array.fortran = fortran == "True";
   std::string text = shape.substr(1);
   std::ranges::replace(text, ',', ' ');
   for (const std::string& word : wordsOf(text)) {
-    const auto size = numberIn<std::uint64_t>(word);
-    if (!size) return invalid(fmt::format("has the shape '{}'", shown(shape)), volume.where);
-    volume.sizes.push_back(*size);
+    const auto count = numberIn<std::uint64_t>(word);
+    if (!count) return invalid(fmt::format("has the shape '{}'", shown(shape)), where);
+    array.shape.push_back(*count);
   }
+  return array;
+}
+
+Result<Volume> readNpyHeader(const std::filesystem::path& path, std::string_view axes) {
+  Volume volume;
+  volume.where = path.string();
+  auto opened = openHeader(path);
+  if (!opened) return opened.error();
+  std::ifstream& file = *opened;
+  const auto array = readNpyArray(
+      [&](std::span<std::byte> into) -> Result<std::size_t> {
+        file.read(reinterpret_cast<char*>(into.data()), static_cast<std::streamsize>(into.size()));
+        return static_cast<std::size_t>(file.gcount());
+      },
+      path);
+  if (!array) return array.error();
+  volume.type = array->type;
+  volume.order = array->order;
+  volume.sizes = array->shape;
   if (volume.sizes.size() != 3 && volume.sizes.size() != 4) {
     return invalid(fmt::format("is an array of {} axes; expected four, or three for a frame in "
                                "each file",
@@ -108,11 +134,11 @@ Result<Volume> readNpyHeader(const std::filesystem::path& path, std::string_view
   }
   if (axes.empty()) volume.assumedAxes = volume.axes;
   volume.unsized = "xyz";
-  if (fortran == "False") {
+  if (!array->fortran) {
     std::ranges::reverse(volume.sizes);
     std::ranges::reverse(volume.axes);
   }
-  volume.data = {{path, begin + length}};
+  volume.data = {{path, static_cast<std::uint64_t>(file.tellg())}};
   return volume;
 }
 

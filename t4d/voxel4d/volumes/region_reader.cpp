@@ -118,6 +118,8 @@ Result<std::unique_ptr<SampleReader>> openRegion(const Volume& volume, const Sam
     }
     return openZarrSamples(data.zarr, std::move(ranges));
   }
+  // What is written to a stream is the region.
+  if (data.encoding == SampleEncoding::Stream) return openSamples(data, volume.type, 0);
   const std::vector<FileAxis> axes = axesOf(volume);
   std::uint64_t bytes = sizeOf(volume.type);
   for (const FileAxis& axis : axes) bytes *= axis.stored;

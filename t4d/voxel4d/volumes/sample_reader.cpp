@@ -313,6 +313,18 @@ class TiffReader : public PlaneReader {
   std::vector<std::uint64_t> pages_;
 };
 
+/// The reader of a stream, which stays where it is between two uses.
+class StreamReader : public SampleReader {
+ public:
+  explicit StreamReader(std::shared_ptr<SampleReader> stream) : stream_(std::move(stream)) {}
+  Result<void> read(std::span<std::byte> into) override { return stream_->read(into); }
+  Result<void> skip(std::uint64_t bytes) override { return stream_->skip(bytes); }
+  Result<void> finish(bool mayHaveMore) override { return stream_->finish(mayHaveMore); }
+
+ private:
+  std::shared_ptr<SampleReader> stream_;
+};
+
 /// The most that a byte of a file can stand for: gzip's best is 1,032; a number in decimals takes
 /// two characters; TIFF's LZW and Deflate are no better than 4,096, but for empty pages.
 std::uint64_t mostBytes(SampleEncoding encoding, SampleType type) {
@@ -320,6 +332,7 @@ std::uint64_t mostBytes(SampleEncoding encoding, SampleType type) {
     case SampleEncoding::Raw:
     case SampleEncoding::Dicom:
     case SampleEncoding::Zarr:
+    case SampleEncoding::Stream:
       return 1;
     case SampleEncoding::Gzip:
       return 1032;
@@ -375,6 +388,7 @@ Result<std::unique_ptr<SampleReader>> openSamples(const SampleData& data, Sample
   // Judged when the series was read.
   if (data.encoding == SampleEncoding::Dicom) return openDicomSamples(data.dicom);
   if (data.encoding == SampleEncoding::Zarr) return openZarrSamples(data.zarr);
+  if (data.encoding == SampleEncoding::Stream) return std::make_unique<StreamReader>(data.stream);
   const std::string where = data.path.string();
   const auto size = system::sizeOfRegularFile(data.path);
   if (!size) return size.error();

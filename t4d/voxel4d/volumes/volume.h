@@ -15,10 +15,11 @@
 
 namespace t4d::voxel4d {
 
-enum class SampleEncoding : std::uint8_t { Raw, Gzip, Text, Tiff, Dicom, Zarr };
+enum class SampleEncoding : std::uint8_t { Raw, Gzip, Text, Tiff, Dicom, Zarr, Stream };
 
 struct DicomPlanes;
 struct ZarrSamples;
+class SampleReader;
 
 /// Where samples are.
 struct SampleData {
@@ -32,6 +33,7 @@ struct SampleData {
   std::vector<std::uint64_t> pages = {};
   std::shared_ptr<const DicomPlanes> dicom = {};  ///< of DICOM: its planes
   std::shared_ptr<const ZarrSamples> zarr = {};   ///< of Zarr: the chosen channel
+  std::shared_ptr<SampleReader> stream = {};      ///< of a stream: frame after frame, once
 };
 
 /// An axis of which not all samples are read.
@@ -72,6 +74,12 @@ struct Volume {
   std::vector<double> times;  ///< of each frame, if they are not evenly apart; else empty
   std::string lengthUnit;
   std::string timeUnit;
+
+  bool mask = false;                    ///< samples are 0 or 1, whatever their type
+  std::vector<std::string> frameNames;  ///< for errors about a frame; empty for its number
+  std::string name;                     ///< of the data, if `where` does not have it
+  std::vector<std::string> notes;       ///< what was assumed when the data were read
+  std::vector<std::string> losses;      ///< what was left out then
 
   /// One for all, or one for each frame that is read.
   std::vector<SampleData> data;

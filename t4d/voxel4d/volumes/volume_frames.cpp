@@ -17,6 +17,7 @@
 #include "t4d/voxel4d/same_place.h"
 #include "t4d/voxel4d/sample_box.h"
 #include "t4d/voxel4d/volumes/dicom_series.h"
+#include "t4d/voxel4d/volumes/frame_stream.h"
 #include "t4d/voxel4d/volumes/header_text.h"
 #include "t4d/voxel4d/volumes/headers.h"
 #include "t4d/voxel4d/volumes/region_reader.h"
@@ -214,6 +215,7 @@ class Frames : public FrameSource {
   }
   Place placeOf(std::size_t index) const override {
     if (volumes_.size() > 1) return volumes_[index].where;
+    if (!volumes_[0].frameNames.empty()) return volumes_[0].frameNames[index];
     return placeIn(volumes_[0].where, fmt::format("frame {}", index + volumes_[0].first('t')));
   }
   std::string notice() const override {
@@ -227,10 +229,10 @@ class Frames : public FrameSource {
 
   Result<Frame> frame(std::size_t index) override {
     const Volume& volume = volumes_[volumes_.size() > 1 ? index : 0];
-    const auto bytes = unusedBuffer();
-    bytes->resize(samplesOfFrame(volume) * sizeOf(volume.type));
-    if (auto read = readFrame(index, volume, *bytes); !read) return read.error();
-    const SampleBox box = boxOf(volume, bytes->data());
+    const std::size_t size = samplesOfFrame(volume) * sizeOf(volume.type);
+    const auto bytes = unusedBuffer(size);
+    if (auto read = readFrame(index, volume, {bytes.get(), size}); !read) return read.error();
+    const SampleBox box = boxOf(volume, bytes.get());
     SampleSigns signs = signsOf(box, rule_);
     if (!signs.usable) {
       return invalid(
@@ -254,18 +256,21 @@ class Frames : public FrameSource {
   }
 
  private:
-  using Buffer = std::vector<std::byte>;
+  using Buffer = std::byte[];
 
   static std::uint64_t samplesOfFrame(const Volume& volume) {
     return volume.size('x') * volume.size('y') * volume.size('z');
   }
 
-  /// Room for the samples of a frame. Two frames are in use at a time, and memory that was used
-  /// before costs less than new.
-  std::shared_ptr<Buffer> unusedBuffer() {
+  /// Room for the samples of a frame, of which all have as many bytes. Two frames are in use at a
+  /// time, and memory that was used before costs less than new, which is not touched before samples
+  /// are there.
+  std::shared_ptr<Buffer> unusedBuffer(std::size_t size) {
     const auto unused =
         std::ranges::find(buffers_, 1, [](const auto& buffer) { return buffer.use_count(); });
-    return unused != buffers_.end() ? *unused : buffers_.emplace_back(std::make_shared<Buffer>());
+    return unused != buffers_.end()
+               ? *unused
+               : buffers_.emplace_back(std::make_shared_for_overwrite<Buffer>(size));
   }
 
   /// Reads the samples of a frame in the order of the file, each in the order of this machine.
@@ -367,10 +372,11 @@ Result<SampleRule> ruleOf(const Volume& volume, const VolumeOptions& options) {
     rule.label = options.label;
     return rule;
   }
-  if (volume.type == SampleType::Bool && options.valuesAlone) {
+  const bool isMask = volume.type == SampleType::Bool || volume.mask;
+  if (isMask && options.valuesAlone) {
     return invalid("has bools as samples; expected numbers", volume.where);
   }
-  if (volume.type == SampleType::Bool) {
+  if (isMask) {
     rule.mask = true;
     if (!options.iso) return rule;
     return invalid("an iso value is given, but its samples are bools", volume.where);
@@ -511,6 +517,7 @@ Result<void> checkSizes(const Volume& volume) {
   const auto bytes = bytesOfSamples(volume);
   if (!bytes) return bytes.error();
   for (const SampleData& data : volume.data) {
+    if (data.stream) continue;  // nothing says how long it is
     const auto opened = openSamples(data, volume.type, data.begin + *bytes / volume.data.size());
     if (!opened) return ofData(opened.error(), volume, data);
   }
@@ -627,9 +634,12 @@ Result<VolumeFrames> openVolumeFrames(std::span<const fs::path> inputs,
   }
   if (inputs.empty()) return invalid("no frames: no file is given");
   for (const fs::path& file : files) {
+    const bool isStream = file == "-";
     const Row* row = rowOf(file);
-    if (row == nullptr) return invalid("is not a volume by its extension", file.string());
-    auto volume = row->read(file, options);
+    if (row == nullptr && !isStream) {
+      return invalid("is not a volume by its extension", file.string());
+    }
+    auto volume = isStream ? readFrameStream(options.input) : row->read(file, options);
     if (!volume) return volume.error();
     if (auto checked = checkSizes(*volume); !checked) return checked.error();
     if (files.size() > 1) {
@@ -679,6 +689,9 @@ Result<VolumeFrames> openVolumeFrames(std::span<const fs::path> inputs,
   opened.takenAsDistances = !rule->mask && !options.iso;
   opened.lengthUnit = first.lengthUnit;
   opened.timeUnit = first.timeUnit;
+  opened.name = first.name;
+  opened.notes = first.notes;
+  opened.losses = first.losses;
   Lattice lattice;
   const double edge = (*place)(0, 0);
   if (edge > 0 && place->leftCols<3>() == edge * Eigen::Matrix3d::Identity()) {

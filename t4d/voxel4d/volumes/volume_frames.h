@@ -37,6 +37,8 @@ bool isZarrInput(const std::filesystem::path& path);
 /// Whether VolumeOptions::channel is for its format: TIFF and Zarr.
 bool mayHaveChannels(const std::filesystem::path& path);
 
+class InputBytes;
+
 struct VolumeOptions {
   /// Samples above this are inside. Without it, and without `label`, floats below zero are inside
   /// (level sets), and bools that are true.
@@ -69,6 +71,8 @@ struct VolumeOptions {
   /// Whether samples are values, such as velocities, that say nothing of what is inside: numbers of
   /// any type and sign.
   bool valuesAlone = false;
+  /// What the file `-` is (volumes/frame_stream.h); null: standard input, which is read once.
+  std::shared_ptr<InputBytes> input = {};
   std::string raw = {};  ///< what a .raw file without a header holds: "raw float32 64 64 64 10"
 };
 
@@ -91,11 +95,15 @@ struct VolumeFrames {
   std::string assumedAxes;
   std::string lengthUnit;  ///< "" if the file does not say
   std::string timeUnit;
+  std::string name;                 ///< of the data, if it is not that of the file; else ""
+  std::vector<std::string> notes;   ///< what was assumed when the data were read
+  std::vector<std::string> losses;  ///< what was left out then
 };
 
 /// Frames from volumes: one file with an axis of time, or several of a frame each, in the order
 /// given, or from one series of DICOM images (volumes/dicom_series.h), files or their
-/// folder, or from Zarr (volumes/zarr.h). Everything beyond the samples is outside. A frame is read
+/// folder, or from Zarr (volumes/zarr.h), or `-`, a stream of frames (volumes/frame_stream.h).
+/// Everything beyond the samples is outside. A frame is read
 /// when it is requested, and then is in memory as float, or as double if its samples are wider than
 /// that or scaled. A file in which time is not the slowest axis is read at once, into a temporary
 /// file of the size of its samples. Without a time between frames they are 1 apart. Files of a
