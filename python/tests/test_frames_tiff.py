@@ -213,7 +213,7 @@ def test_what_is_wrong_is_said(tmp_path):
         t4d.open_frames(tmp_path / "a.tif", level=1)
     (tmp_path / "b.tif").write_text("no TIFF at all")
     assert str(tmp_path / "b.tif") in refused(tmp_path / "b.tif")
-    with pytest.raises(FileNotFoundError):
+    with pytest.raises(t4d.FileError):
         t4d.open_frames(tmp_path / "none.tif")
     tifffile.imwrite(tmp_path / "c.tif", samples("TZYX"), compression="zlib", metadata={"axes": "TZYX"})
     whole = (tmp_path / "c.tif").read_bytes()

@@ -157,19 +157,20 @@ def _axes(pages: _Pages, choice: Choice, path: str) -> Tuple[str, bool]:
     if "s" in named and "c" not in named:
         named[named.index("s")] = "c"
     unknown = [axis for axis in named if axis not in "tczyx"]
-    assumed = False
-    if choice.axes is not None and len(choice.axes) == len(named):
-        named = list(choice.axes)
-    elif choice.axes is not None and len(choice.axes) == len(pages.all_letters):
-        named = [axis for axis, of in zip(choice.axes, pages.all_sizes) if of > 1 or axis in "yx"]
-    elif unknown and choice.axes is None and len(named) in (3, 4):
-        named, assumed = list("tzyx"[-len(named) :]), True
-    elif unknown or choice.axes is not None:
+    given = choice.axes
+    if given is not None and len(given) == len(pages.all_letters) > len(named):
+        several = zip(given, pages.all_letters, pages.all_sizes)
+        given = "".join(axis for axis, letter, count in several if count > 1 or letter in "yx")
+    assumed = given is None and bool(unknown) and len(named) in (3, 4)
+    if given is not None and len(given) == len(named) and usable(given):
+        named = list(given)
+    elif assumed:
+        named = list("tzyx"[-len(named) :])
+    elif unknown or given is not None:
         counts = " x ".join(str(n) for n in pages.shape[:-2])
         raise Missing(
-            f"does not say how its {counts} pages are arranged: its axes are '{''.join(pages.letters)}'", path, "axes",
-            "AXES",
-        )  # fmt: skip
+            f"does not say how its {counts} pages are arranged: its axes are '{pages.letters}'", path, "axes", "AXES"
+        )
     axes = "".join(named)
     if not (axes.endswith("yx") or axes.endswith("yxc")) or not usable(axes):
         raise InvalidInput(f"has the axes '{axes}'; x and y are those of a page, and others can be z, t and c", path)

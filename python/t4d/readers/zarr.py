@@ -17,6 +17,7 @@ OPTIONS = ("axes", "channel", "level", "dataset")
 
 _METADATA = ("zarr.json", ".zgroup", ".zarray", ".zattrs")
 _MOST_LISTED = 20
+_MOST_COUNTED = 1 << 16  # chunks
 
 
 def is_zarr(path: str) -> bool:
@@ -329,7 +330,7 @@ def _beside(array: Any, names: Sequence[str], path: str) -> Dict[str, Tuple[Any,
 def _missing_chunks(volume: Volume, path: str) -> Volume:
     """A note of chunks that have no file, where files can be counted at once."""
     array = volume.array
-    if path and "://" not in path and getattr(array, "shards", None) is None:
+    if path and "://" not in path and getattr(array, "shards", None) is None and array.nchunks <= _MOST_COUNTED:
         missing = array.nchunks - array.nchunks_initialized
         if missing > 0:
             volume.notes.append(f"{missing} of {array.nchunks} chunks have no file, and hold the fill value")
