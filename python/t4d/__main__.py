@@ -6,6 +6,7 @@ go to the program through a pipe; all else is the program's work alone. Messages
 
 from __future__ import annotations
 
+import contextlib
 import inspect
 import os
 import re
@@ -26,6 +27,7 @@ _INVALID, _USAGE = 4, 2
 _OF_PROGRAM = ("source", "spacing", "origin", "frame_time", "start_time", "times", "length_unit", "time_unit")
 _DOOR = [name for name in inspect.signature(open_frames).parameters if name not in _OF_PROGRAM]
 _LEAST_OF_PATTERN = 3  # names
+_PATIENCE = 10  # seconds for the program to clean up
 
 
 def split(words: Sequence[str]) -> Tuple[List[str], List[str], Dict[str, str]]:
@@ -134,24 +136,22 @@ def _part(words: Sequence[str], frames: int) -> Optional[Tuple[int, int]]:
 
 
 def _feed(frames: Frames, command: List[str], part: Optional[Tuple[int, int]]) -> int:
-    """Runs the program on the frames; its exit code, or that of an error of reading, before which it ends."""
-    with subprocess.Popen(command, stdin=subprocess.PIPE) as process:
-        assert process.stdin is not None
-        try:
+    """Runs the program on the frames; returns its exit code. Ends it before what reading raises is raised."""
+    process = subprocess.Popen(command, stdin=subprocess.PIPE)
+    assert process.stdin is not None
+    try:
+        with contextlib.suppress(BrokenPipeError):  # the program says why it ended
             write_stream(frames, process.stdin, part)  # type: ignore[arg-type]
+        with contextlib.suppress(BrokenPipeError):
             process.stdin.close()
-        except BrokenPipeError:
-            pass  # the program says why
-        except BaseException as error:
-            process.send_signal(signal.SIGINT if isinstance(error, KeyboardInterrupt) else signal.SIGTERM)
-            process.wait()
-            raise
-        finally:
-            try:
-                process.stdin.close()
-            except BrokenPipeError:
-                pass
         return process.wait()
+    except BaseException as error:
+        process.send_signal(signal.SIGINT if isinstance(error, KeyboardInterrupt) else signal.SIGTERM)
+        try:
+            process.wait(_PATIENCE)
+        except subprocess.TimeoutExpired:
+            process.kill()
+        raise
 
 
 def _say(text: str) -> None:

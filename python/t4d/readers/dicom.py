@@ -85,5 +85,5 @@ def _chosen(series: Dict[str, List[Tuple[str, Any]]], wanted: Any, where: str) -
     listed = "; ".join(lines[:_MOST_LISTED]) + more
     if not asked:
         message = f"holds {len(series)} series, of which one can be read at a time: {listed}"
-        raise Missing(message, where, "series", "NUMBER or UID")
-    raise Missing(f"holds {'several' if found else 'no'} series '{asked}'; there are: {listed}", where, "series", "NUMBER or UID")
+        raise Missing(message, where, "series", "NUMBER, or the UID of a series")
+    raise Missing(f"holds {'several' if found else 'no'} series '{asked}'; there are: {listed}", where, "series", "NUMBER, or the UID of a series")

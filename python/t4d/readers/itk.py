@@ -86,42 +86,44 @@ def _of_simpleitk_file(path: str) -> Volume:
         reader = sitk.ImageFileReader()
         reader.SetFileName(path)
         reader.ReadImageInformation()
-        if extension_of(path) in _STREAMED and reader.GetDimension() == 4 and reader.GetNumberOfComponents() == 1:
-            dtype = sitk.GetArrayViewFromImage(sitk.Image([1, 1], reader.GetPixelID())).dtype
-            return _placed(reader, _Streamed(sitk, path, reader.GetSize()[::-1], np.dtype(dtype)), path)
-        return of_simpleitk(reader.Execute(), path)
-
-
-class _Streamed:
-    """The samples (t, z, y, x) of a file, of which frames are read when they are asked for."""
-
-    def __init__(self, sitk: Any, path: str, shape: Sequence[int], dtype: np.dtype[Any]) -> None:
-        self._sitk, self._path = sitk, path
-        self.shape, self.dtype = tuple(shape), dtype
-
-    def __getitem__(self, at: Any) -> NDArray[Any]:
-        frame, *rest = at
-        begin = [part.start for part in rest[::-1]]
-        reader = self._sitk.ImageFileReader()
-        reader.SetFileName(self._path)
-        reader.SetExtractIndex([*begin, frame])
-        reader.SetExtractSize([*(part.stop - part.start for part in rest[::-1]), 0])
-        return np.asarray(self._sitk.GetArrayFromImage(reader.Execute()))
+        return _placed(reader, _Samples(sitk, reader, reader.GetNumberOfComponents(), path), path)
 
 
 def of_simpleitk(image: Any, where: str) -> Volume:
     """Of an image of SimpleITK: of four dimensions, or of three with a component for each frame, as Slicer's
     sequences are, or of one frame."""
     sitk = library("SimpleITK", EXTRA, where, "an image of SimpleITK")
-    return _placed(image, sitk.GetArrayViewFromImage(image), where)
+    return _placed(image, _Samples(sitk, image, image.GetNumberOfComponentsPerPixel(), where, image), where)
+
+
+class _Samples:
+    """The samples (t, z, y, x) or (z, y, x, component) of an image, or of a file, which is read when a frame is
+    asked for: a frame of those that SimpleITK reads in parts, or all, which are kept."""
+
+    def __init__(self, sitk: Any, about: Any, components: int, path: str, image: Any = None) -> None:
+        self._sitk, self._path, self._image = sitk, path, image
+        self._in_parts = image is None and components == 1 and extension_of(path) in _STREAMED
+        self.shape = (*about.GetSize()[::-1], *([components] if components > 1 else []))
+        one = sitk.Image([1, 1], about.GetPixelID(), components if components > 1 else 0)
+        self.dtype = np.dtype(sitk.GetArrayViewFromImage(one).dtype)
+
+    def __getitem__(self, at: Any) -> NDArray[Any]:
+        if self._in_parts and len(at) == 4:
+            frame, *rest = at
+            reader = self._sitk.ImageFileReader()
+            reader.SetFileName(self._path)
+            reader.SetExtractIndex([*(part.start for part in rest[::-1]), frame])
+            reader.SetExtractSize([*(part.stop - part.start for part in rest[::-1]), 0])
+            return np.asarray(self._sitk.GetArrayFromImage(reader.Execute()))
+        if self._image is None:
+            self._image = self._sitk.ReadImage(self._path)
+        return np.array(self._sitk.GetArrayViewFromImage(self._image)[at])  # the view ends with the image
 
 
 def _placed(image: Any, samples: Any, where: str) -> Volume:
     said = {key: str(image.GetMetaData(key)) for key in image.GetMetaDataKeys()}
     dimension = image.GetDimension()
-    vector = image.GetNumberOfComponents() if hasattr(image, "GetNumberOfComponents") else 1
-    if not hasattr(image, "GetNumberOfComponents"):
-        vector = image.GetNumberOfComponentsPerPixel()
+    vector = 1 if len(samples.shape) == dimension else samples.shape[-1]
     if dimension not in (3, 4) or (vector > 1 and dimension == 4):
         raise InvalidInput(f"has {dimension} dimensions and {vector} components; expected volumes over time", where)
     axes = ("tzyx" if dimension == 4 else "zyx") + ("t" if vector > 1 else "")

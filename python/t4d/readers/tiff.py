@@ -45,7 +45,7 @@ def _read(path: str, choice: Choice, is_frame: bool) -> Volume:
         if volume.size("t") == 1 and not is_frame and assumed:
             raise Missing(
                 f"has one frame only, of {volume.size('z')} slices; a 4D mesh needs two or more", path, "axes",
-                "tyx, if its pages are frames",
+                "tyx, if each of its pages is a frame",
             )  # fmt: skip
         return volume
 
@@ -169,7 +169,7 @@ def _axes(pages: _Pages, choice: Choice, path: str) -> Tuple[str, bool]:
     elif unknown or given is not None:
         counts = " x ".join(str(n) for n in pages.shape[:-2])
         raise Missing(
-            f"does not say how its {counts} pages are arranged: its axes are '{pages.letters}'", path, "axes", "AXES"
+            f"does not say how its {counts} pages are arranged: its axes are '{pages.letters}'", path, "axes", "ORDER, as in --axes tzyx"
         )
     axes = "".join(named)
     if not (axes.endswith("yx") or axes.endswith("yxc")) or not usable(axes):

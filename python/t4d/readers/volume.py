@@ -183,7 +183,7 @@ def chosen_channel(count: int, choice: Choice, where: str, names: Sequence[str] 
     channel = choice.channel
     if channel is None:
         if count > 1:
-            raise Missing(f"has {count} channels{listed}; choose one, 0 to {count - 1}", where, "channel", "N")
+            raise Missing(f"has {count} channels{listed}; choose one, 0 to {count - 1}", where, "channel", "NUMBER, counted from 0")
         return 0
     if isinstance(channel, str) and channel in names:
         return list(names).index(channel)
@@ -229,7 +229,7 @@ def axes_of(shape: Sequence[int], named: Sequence[str], choice: Choice, where: s
     if count in (3, 4) and not any(named):
         return "txyz"[-count:], True
     said = "'" + "', '".join(named) + "'" if any(named) else "of a shape " + " x ".join(map(str, shape))
-    raise Missing(f"has the axes {said}, which do not tell x, y, z, t and c", where, "axes", "AXES")
+    raise Missing(f"has the axes {said}, which do not tell x, y, z, t and c", where, "axes", "ORDER, as in --axes tzyx")
 
 
 def even_step(values: NDArray[Any], axis: str, where: str) -> Tuple[float, Optional[float]]:

@@ -233,7 +233,7 @@ def _axes(image: Any, choice: Choice, where: str) -> Tuple[str, Dict[str, str]]:
         letters = list(choice.axes)
     if "" in letters or not usable("".join(letters)):
         said = "', '".join(names)
-        raise Missing(f"has the axes '{said}', which do not tell x, y, z, t and c", where, "axes", "AXES")
+        raise Missing(f"has the axes '{said}', which do not tell x, y, z, t and c", where, "axes", "ORDER, as in --axes tzyx")
     given = [axis.get("unit") if isinstance(axis, Mapping) else None for axis in axes]
     return "".join(letters), {a: unit_named(unit) for a, unit in zip(letters, given) if isinstance(unit, str)}
 
