@@ -5,9 +5,9 @@
 >>> V, F = mesh.slice(time=2.5)
 >>> t4d.sweep(V, F, "screw-in.json").save("x.t4d")
 
-``sweep`` and ``weave`` make 4D meshes, ``open_frames`` reads volumes for it, ``read`` opens files of them, ``collide``, ``envelope`` and
-``resolve`` ask and change motions, ``mend`` repairs solids, and ``verbs`` has all that the program
-can do. Lengths and times are in the units of the mesh.
+``sweep`` and ``weave`` make 4D meshes, ``read`` opens files of them, ``open_frames`` reads volumes over
+time, ``collide``, ``envelope`` and ``resolve`` ask and change motions, ``mend`` repairs solids, and
+``verbs`` has all that the program can do. Lengths and times are in the units of the mesh.
 """
 
 import importlib
