@@ -19,7 +19,7 @@ from t4d import readers
 from t4d.commands import options_of, program
 from t4d.errors import Error
 from t4d.frames import Frames, open_frames
-from t4d.readers.volume import Missing, WrongOption, natural
+from t4d.readers.volume import Missing, WrongOption, extension_of, natural
 from t4d.stream import write_stream
 
 _INVALID, _USAGE = 4, 2
@@ -89,7 +89,7 @@ def in_order(paths: List[str]) -> Tuple[List[str], str]:
 
 def is_door(paths: Sequence[str]) -> bool:
     """Whether one of the inputs is for a reader of Python, and not for the program."""
-    return any(readers.extension_of(path) not in readers.PROGRAM and readers.kind_of(path) for path in paths)
+    return any(extension_of(path) not in readers.PROGRAM and readers.kind_of(path) for path in paths)
 
 
 def _open(paths: List[str], words: Sequence[str], own: Dict[str, str]) -> Frames:

@@ -11,39 +11,33 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from typing import Any, Iterator, List, Optional, Sequence, SupportsFloat, SupportsIndex, Tuple, Union
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from t4d import checks, readers
 from t4d.checks import Numbers
 from t4d.errors import InvalidInput, Unsupported
-from t4d.readers import Choice, Volume, WrongOption
+from t4d.readers.volume import Choice, Volume, WrongOption, usable
 
 _SAME_PLACE = 1e-3  # of a voxel
-_KINDS = "biuf"
 
 
 class Frames:
     """A series of volumes over time; ``frame(i)`` reads one when it is asked for, and nothing is kept."""
 
-    size: Tuple[int, int, int]
-    """Samples along x, y and z."""
     times: Optional[List[float]]
     """One of each frame, increasing, in ``time_unit``; None if nothing says when they are."""
-    time_unit: str
     affine: Optional[NDArray[np.float64]]
     """(4, 4), maps (i, j, k, 1) to space, in ``length_unit``; None if nothing says where samples are."""
     unsized: str
     """Axes of x, y and z along which nothing says how large a voxel is: the affine takes it as 1."""
-    length_unit: str
     space: str
     """"RAS", "LPS", or "" if that is not said."""
     assumed_axes: List[str]
     """Orders of axes that nothing names, such as "tzyx"."""
-    mask: bool
-    """Samples are True or False."""
     whole: bool
     """Samples are stored as whole numbers, so that zero says nothing of inside and outside."""
     padded: bool
@@ -52,40 +46,40 @@ class Frames:
     """Of the files of frames, if each has its own."""
     notes: List[str]
     """What was found, chosen or left out."""
-    losses: List[str]
-    dtype: np.dtype[Any]
 
     def __init__(self, volumes: Sequence[Volume]) -> None:
         """Frames of one volume over time, or of several with a frame each; see ``open_frames``."""
         first = volumes[0]
+        if min(first.size(axis) for axis in "xyzt") < 1:
+            raise InvalidInput("has no samples", first.where)
+        for volume in volumes[1:]:
+            _check_alike(volume, first)
+        several = len(volumes) > 1
         self._volumes = list(volumes)
-        self._numbers = list(range(first.size("t") if len(volumes) == 1 else len(volumes)))
+        self._numbers = list(range(len(volumes) if several else first.size("t")))
         self._box = tuple(slice(0, first.size(axis)) for axis in "xyz")
-        self._filled: List[Tuple[float, float]] = []
-        self._check()
+        self._replaced: List[Tuple[float, float]] = []
+        self.dtype = _type_of(volumes)
         self.times = _times_of(volumes)
         self.time_unit, self.length_unit, self.space = first.time_unit, first.length_unit, first.space
         self.affine, self.unsized = _place_of(first)
         self.assumed_axes = [first.axes] if first.axes_assumed else []
         self.whole = any(volume.whole for volume in volumes)
         self.padded = any(volume.padded for volume in volumes)
-        self.names = [volume.where for volume in volumes] if len(volumes) > 1 else _listed(first.names)
+        self.names = [volume.where for volume in volumes] if several else first.names
         self.notes = list(dict.fromkeys(note for volume in volumes for note in volume.notes))
         self.losses = list(dict.fromkeys(loss for volume in volumes for loss in volume.losses))
-        self.dtype = _type_of(volumes)
-        self.mask = self.dtype.kind == "b"
-        self.size = self._sizes()
 
-    def _sizes(self) -> Tuple[int, int, int]:
+    @property
+    def size(self) -> Tuple[int, int, int]:
+        """Samples along x, y and z."""
         x, y, z = (part.stop - part.start for part in self._box)
         return x, y, z
 
-    def _check(self) -> None:
-        first = self._volumes[0]
-        if min(first.size(axis) for axis in "xyzt") < 1:
-            raise InvalidInput("has no samples", first.where)
-        for volume in self._volumes[1:]:
-            _check_alike(volume, first)
+    @property
+    def mask(self) -> bool:
+        """Samples are True or False."""
+        return self.dtype.kind == "b"
 
     def __len__(self) -> int:
         return len(self._numbers)
@@ -99,52 +93,48 @@ class Frames:
     def frame(self, index: SupportsIndex) -> NDArray[Any]:
         """The samples (nx, ny, nz) of a frame, of ``dtype``, read now. Raises InvalidInput and FileError."""
         number = self._numbers[index]
-        several = len(self._volumes) > 1
-        volume = self._volumes[number if several else 0]
-        found = volume.read(0 if several else number, self._box)  # type: ignore[arg-type]
+        volume, own = (self._volumes[number], 0) if len(self._volumes) > 1 else (self._volumes[0], number)
+        found = volume.read(own, self._box)
         if found.shape != self.size:
             raise InvalidInput(f"frame {number} has the shape {found.shape}; expected {self.size}", volume.where)
         found = found.astype(self.dtype, copy=False)
-        for value, filled in self._filled:
-            found = np.where(np.isnan(found) if math.isnan(value) else found == value, filled, found)
-            found = found.astype(self.dtype, copy=False)
+        for value, by in self._replaced:
+            where = np.isnan(found) if math.isnan(value) else found == value
+            found = np.where(where, by, found).astype(self.dtype, copy=False)
         return found
 
     def filled(self, value: float) -> Frames:
         """The same frames with ``value`` in place of NaN; ``filled(0)`` makes labels of padded samples."""
-        return self._replaced(math.nan, value) if self.dtype.kind == "f" else self
+        made = self._copy()
+        made._replaced = [*self._replaced, (math.nan, value)] if self.dtype.kind == "f" else self._replaced
+        made.padded = False
+        return made
 
     def without(self, value: float) -> Frames:
         """The same frames with NaN in place of ``value``: samples that are no data."""
-        made = self._replaced(value, math.nan)
+        made = self._copy()
+        made._replaced = [*self._replaced, (value, math.nan)]
         if self.dtype.kind != "f":
             made.dtype = np.dtype(np.float32 if self.dtype.itemsize < 4 else np.float64)
         made.padded = True
         return made
 
-    def _replaced(self, value: float, by: float) -> Frames:
+    def _copy(self) -> Frames:
         made = Frames.__new__(Frames)
         made.__dict__.update(self.__dict__)
-        made._filled = [*self._filled, (value, by)]
         return made
 
     def _cut(self, region: str) -> None:
         """Leaves of the frames what the region has; positions and times stay what they are."""
-        ranges = _ranges(region)
-        sizes = (*self.size, len(self))
-        parts = [_extent(part, axis, n, self._volumes[0].where) for part, axis, n in zip(ranges, "xyzt", sizes)]
+        parts = _region(region, (*self.size, len(self)), self._volumes[0].where)
         self._box = tuple(parts[:3])
-        self.size = self._sizes()
-        if self.affine is not None:
-            self.affine = self.affine.copy()
-            self.affine[:3, 3] += self.affine[:3, :3] @ [part.start for part in parts[:3]]
-        elif any(part.start for part in parts[:3]):
-            self.affine = np.eye(4)
-            self.affine[:3, 3] = [part.start for part in parts[:3]]
-        if len(parts) == 4:
-            self._numbers = self._numbers[parts[3]]
-            self.times = None if self.times is None else self.times[parts[3]]
-            self.names = None if self.names is None else self.names[parts[3]]
+        begin = [part.start for part in parts[:3]]
+        if any(begin):
+            self.affine = np.eye(4) if self.affine is None else self.affine.copy()
+            self.affine[:3, 3] += self.affine[:3, :3] @ begin
+        for kept in ("_numbers", "times", "names"):
+            there = getattr(self, kept)
+            setattr(self, kept, there if there is None else there[parts[3]])
 
 
 def open_frames(
@@ -179,63 +169,44 @@ def open_frames(
     Raises FileError and InvalidInput, which say where; Unsupported, also for a library that is missing, with the
     extra of the wheel that has it; and TypeError for an option that is not for the input.
     """
-    choice = Choice(
-        None if axes is None else _axes(axes), _which("channel", channel), _which("level", level),
-        _which("series", series), None if dataset is None else checks.text("dataset", dataset),
-    )  # fmt: skip
-    if times is not None and (frame_time is not None or start_time is not None):
-        raise WrongOption("times", "takes the place of frame_time and start_time")
-    frames = Frames(_volumes(source, choice))
+    if axes is not None and not usable(checks.text("axes", axes)):
+        raise ValueError(f"axes is {axes!r}; expected an order of x, y, z, t and c, as 'tzyx'")
+    which = (None if one is None or isinstance(one, str) else checks.whole(option, one, 0)
+             for option, one in (("channel", channel), ("level", level), ("series", series)))  # fmt: skip
+    given = (one if isinstance(one, str) else number for one, number in zip((channel, level, series), which))
+    frames = Frames(_volumes(source, Choice(axes, *given, None if dataset is None else checks.text("dataset", dataset))))
     if spacing is not None or origin is not None:
         _set_place(frames, spacing, origin)
     _set_times(frames, times, frame_time, start_time)
     if region is not None:
         frames._cut(checks.text("region", region))
-    if length_unit is not None:
-        frames.length_unit = checks.text("length_unit", length_unit)
-    if time_unit is not None:
-        frames.time_unit = checks.text("time_unit", time_unit)
-    _check_memory(frames)
+    frames.length_unit = frames.length_unit if length_unit is None else checks.text("length_unit", length_unit)
+    frames.time_unit = frames.time_unit if time_unit is None else checks.text("time_unit", time_unit)
+    bytes_ = math.prod(frames.size) * frames.dtype.itemsize
+    if bytes_ > os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGESIZE") // 2:
+        said = f"has frames of {bytes_} bytes, two of which do not fit into memory"
+        raise InvalidInput(said, frames._volumes[0].where)
     return frames
 
 
 def is_path(source: Any) -> bool:
     """Whether it is a path, or several."""
-    if isinstance(source, (list, tuple)):
-        return len(source) > 0 and all(isinstance(one, (str, bytes, os.PathLike)) for one in source)
-    return isinstance(source, (str, bytes, os.PathLike))
+    paths = source if isinstance(source, (list, tuple)) and source else [source]
+    return all(isinstance(one, (str, bytes, os.PathLike)) for one in paths)
 
 
 def _volumes(source: Any, choice: Choice) -> List[Volume]:
+    several = isinstance(source, (list, tuple)) and len(source) > 0
+    parts = list(source) if several else [source]
     if is_path(source):
-        paths = list(source) if isinstance(source, (list, tuple)) else [source]
-        return readers.read([checks.path_text(path) for path in paths], choice)
-    if isinstance(source, (list, tuple)) and source:
-        return [readers.of_object(one, f"frame {i}", choice) for i, one in enumerate(source)]
-    return [readers.of_object(source, "", choice)]
-
-
-def _axes(axes: Any) -> str:
-    letters = checks.text("axes", axes).lower()
-    if len(set(letters)) < len(letters) or not set("xy") <= set(letters) <= set("xyztc"):
-        raise ValueError(f"axes is {axes!r}; expected an order of x, y, z, t and c, as 'tzyx'")
-    return letters
-
-
-def _which(option: str, value: Any) -> Union[None, int, str]:
-    if value is None or isinstance(value, str):
-        return value
-    return checks.whole(option, value, 0)
-
-
-def _listed(names: Optional[Sequence[str]]) -> Optional[List[str]]:
-    return None if names is None else list(names)
+        return readers.read([checks.path_text(path) for path in parts], choice)
+    return [readers.of_object(one, f"frame {i}" if several else "", choice) for i, one in enumerate(parts)]
 
 
 def _type_of(volumes: Sequence[Volume]) -> np.dtype[Any]:
     """Of samples as they are given: float16 as float32, and other floats as float64; in the machine's order."""
     kind = np.result_type(*(volume.kind for volume in volumes))
-    if kind.kind not in _KINDS:
+    if kind.kind not in "biuf":
         raise Unsupported(f"has samples of type {kind}; expected real numbers", volumes[0].where)
     if kind.kind == "f" and kind.itemsize not in (4, 8):
         kind = np.dtype(np.float32 if kind.itemsize < 4 else np.float64)
@@ -245,22 +216,20 @@ def _type_of(volumes: Sequence[Volume]) -> np.dtype[Any]:
 def _place_of(volume: Volume) -> Tuple[Optional[NDArray[np.float64]], str]:
     """The affine, and the axes of which it takes a size as 1."""
     if volume.affine is not None:
-        return np.asarray(volume.affine, np.float64), ""
-    # Along an axis of one sample any size would do.
-    unsized = "".join(axis for axis in "xyz" if axis not in volume.spacing)
+        return volume.affine, ""
     if not volume.spacing and not volume.origin:
         return None, "xyz"
     affine = np.diag([*(volume.spacing.get(axis, 1.0) for axis in "xyz"), 1.0])
     affine[:3, 3] = [volume.origin.get(axis, 0.0) for axis in "xyz"]
-    return affine, unsized
+    return affine, "".join(axis for axis in "xyz" if axis not in volume.spacing)
 
 
 def _times_of(volumes: Sequence[Volume]) -> Optional[List[float]]:
-    """Files of one frame each say nothing of the time between frames, but of that of each."""
+    """Files of one frame each say nothing of the time between frames, but may of that of each."""
     first = volumes[0]
     if len(volumes) > 1:
-        own = [volume.times[0] for volume in volumes if volume.times is not None and len(volume.times) == 1]
-        return [float(time) for time in own] if len(own) == len(volumes) and len(set(own)) > 1 else None
+        own = [volume.times[0] for volume in volumes if volume.times is not None]
+        return [float(time) for time in own] if len(set(own)) == len(volumes) else None
     if first.times is not None:
         return [float(time) for time in first.times]
     if first.frame_time is None or first.size("t") < 2:
@@ -270,31 +239,24 @@ def _times_of(volumes: Sequence[Volume]) -> Optional[List[float]]:
 
 def _check_alike(volume: Volume, first: Volume) -> None:
     """Whether a file of a frame fits the first one."""
-    if volume.size("t") > 1 or first.size("t") > 1:
-        many = volume if volume.size("t") > 1 else first
-        raise InvalidInput(
-            f"holds {many.size('t')} frames; where there are several files, each must hold one", many.where
-        )
-    for axis in "xyz":
-        if volume.size(axis) != first.size(axis):
-            raise InvalidInput(
-                f"has {volume.size(axis)} samples along {axis}, {first.size(axis)} in the first frame ({first.where})",
-                volume.where,
-            )
+    for one in (first, volume):
+        if one.size("t") > 1:
+            said = f"holds {one.size('t')} frames; where there are several files, each must hold one"
+            raise InvalidInput(said, one.where)
     for what, own, other in (
-        ("samples of type", volume.kind, first.kind),
-        ("the unit of length", volume.length_unit, first.length_unit),
-        ("positions in the space", volume.space, first.space),
+        *((f"size along {axis}", volume.size(axis), first.size(axis)) for axis in "xyz"),
+        ("type of samples", volume.kind, first.kind),
+        ("unit of length", volume.length_unit, first.length_unit),
+        ("space", volume.space, first.space),
     ):
         if own != other:
-            raise InvalidInput(f"has {what} '{own}', the first frame ({first.where}) '{other}'", volume.where)
-    own, other = _place_of(volume)[0], _place_of(first)[0]
-    if own is None or other is None:
+            raise InvalidInput(f"has the {what} '{own}', the first frame ({first.where}) '{other}'", volume.where)
+    places = [_place_of(one)[0] for one in (volume, first)]
+    if places[0] is None or places[1] is None:
         return
-    size = [first.size(axis) - 1 for axis in "xyz"]
-    corners = np.array([[i, j, k, 1] for i in (0, size[0]) for j in (0, size[1]) for k in (0, size[2])])
-    voxels = np.linalg.solve(other, own @ corners.T - other @ corners.T)[:3]
-    away = float(np.linalg.norm(voxels, axis=0).max())
+    corners = np.array([[i, j, k, 1] for i in (0, volume.size("x") - 1) for j in (0, volume.size("y") - 1)
+                        for k in (0, volume.size("z") - 1)]).T  # fmt: skip
+    away = float(np.linalg.norm(np.linalg.solve(places[1], (places[0] - places[1]) @ corners)[:3], axis=0).max())
     if away > _SAME_PLACE:
         raise InvalidInput(
             f"is placed elsewhere in space than the first frame ({first.where}): a corner of its samples is "
@@ -316,62 +278,47 @@ def _set_place(frames: Frames, spacing: Any, origin: Optional[Numbers]) -> None:
 
 def _set_times(frames: Frames, times: Optional[Numbers], frame_time: Any, start_time: Any) -> None:
     where = frames._volumes[0].where
+    if times is not None and (frame_time is not None or start_time is not None):
+        raise WrongOption("times", "takes the place of frame_time and start_time")
     if times is not None:
         frames.times = list(checks.numbers("times", times))
-        if len(frames.times) != len(frames):
-            counted = checks.counted(len(frames.times), "time"), checks.counted(len(frames), "frame")
-            raise InvalidInput(f"{counted[0]} for {counted[1]}: expected one for each", where)
     elif frame_time is not None or start_time is not None:
         known = frames.times or [float(i) for i in range(len(frames))]
+        start = known[0] if start_time is None else checks.number("start_time", start_time)
         if frame_time is not None:
-            step = checks.positive("frame_time", frame_time)
-            known = [known[0] + step * i for i in range(len(frames))]
+            known = [checks.positive("frame_time", frame_time) * i for i in range(len(frames))]
         elif frames.times is None:
             frames.notes.append("the input has no times: frames are taken to be 1 apart")
-        if start_time is not None:
-            start = checks.number("start_time", start_time)
-            known = [start + (time - known[0]) for time in known]
-        frames.times = known
-    for i, (before, after) in enumerate(zip(frames.times or [], (frames.times or [])[1:])):
+        frames.times = [start + (time - known[0]) for time in known]
+    found = frames.times or list(range(len(frames)))
+    if len(found) != len(frames):
+        counted = f"{checks.counted(len(found), 'time')} for {checks.counted(len(frames), 'frame')}"
+        raise InvalidInput(f"{counted}: expected one for each", where)
+    for i, (before, after) in enumerate(zip(found, found[1:]), 1):
         if not before < after < math.inf:
-            raise InvalidInput(f"times do not increase: frame {i + 1} is at {after:.9g}, the one before at {before:.9g}", where)
+            said = f"frame {i} is at {after:.9g}, the one before at {before:.9g}"
+            raise InvalidInput(f"times do not increase: {said}", where)
 
 
-def _ranges(region: str) -> List[Tuple[Optional[int], Optional[int]]]:
+def _region(region: str, counts: Sequence[int], where: str) -> List[slice]:
+    """The ranges of a region along x, y, z and t. Raises ValueError for what is none, and InvalidInput for what is
+    not within the counts."""
     words = region.split(",")
     if len(words) not in (3, 4):
-        raise ValueError(
-            f"'{region}' has {len(words)} ranges; expected those along x, y and z, and of frames if not all are used, as "
-            "0:64,10:20,:,0:8"
-        )
-    ranges = []
-    for axis, word in zip("xyzt", words):
-        ends = word.split(":")
-        if len(ends) != 2 or not all(end == "" or end.lstrip("-").isdigit() for end in ends):
+        expected = "those along x, y and z, and of frames if not all are used, as 0:64,10:20,:,0:8"
+        raise ValueError(f"'{region}' has {len(words)} ranges; expected {expected}")
+    parts = []
+    for axis, word, count in zip("xyzt", [*words, ":"], counts):
+        found = re.fullmatch(r"(-?\d*):(-?\d*)", word)
+        if not found or "-" in found.groups():
             raise ValueError(f"'{word}' is not a range of whole numbers along {axis}, as 10:20, 10: or :")
-        begin, end = (None if one == "" else int(one) for one in ends)
-        if begin is not None and end is not None and begin >= end:
+        begin, end = int(found[1] or 0), int(found[2] or count)
+        if found[1] and found[2] and begin >= end:
             raise ValueError(f"{word} along {axis} is empty: a range begins below its end")
-        ranges.append((begin, end))
-    return ranges
-
-
-def _extent(ends: Tuple[Optional[int], Optional[int]], axis: str, count: int, where: str) -> slice:
-    begin = ends[0] or 0
-    end = count if ends[1] is None else ends[1]
-    what = "frames" if axis == "t" else "samples"
-    if not 0 <= begin < end <= count:
-        said = ":".join("" if one is None else str(one) for one in ends)
-        raise InvalidInput(f"the region has {said} along {axis}, where there are {count} {what}, counted from 0", where)
-    if axis == "t" and end - begin < 2:
-        raise InvalidInput("the region has one frame; a 4D mesh needs two or more", where)
-    return slice(begin, end)
-
-
-def _check_memory(frames: Frames) -> None:
-    bytes_ = math.prod(frames.size) * frames.dtype.itemsize
-    if bytes_ > os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGESIZE") // 2:
-        raise InvalidInput(f"has frames of {bytes_} bytes, two of which do not fit into memory", frames._volumes[0].where)
-
-
-__all__ = ["ArrayLike", "Frames", "is_path", "open_frames"]
+        if not 0 <= begin < end <= count:
+            there = f"{count} {'frames' if axis == 't' else 'samples'}, counted from 0"
+            raise InvalidInput(f"the region has {word} along {axis}, where there are {there}", where)
+        if axis == "t" and end - begin < 2:
+            raise InvalidInput("the region has one frame; a 4D mesh needs two or more", where)
+        parts.append(slice(begin, end))
+    return parts

@@ -222,6 +222,7 @@ def test_units_of_length_are_one(tmp_path, units, sizes):
 def test_no_scale_says_nothing(tmp_path):
     frames = t4d.open_frames(ome(tmp_path / "in.zarr", solid(), "0.5", scale=False))
     assert frames.affine is None and frames.unsized == "xyz" and frames.times is None
+    assert (frames.length_unit, frames.time_unit) == ("um", "s")
 
 
 # What is wrong -----------------------------------------------------------------------------------

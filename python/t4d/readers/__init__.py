@@ -8,45 +8,35 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 from t4d.errors import FileError, InvalidInput
 from t4d.readers import arrays, dicom, hdf5, itk, tiff, vtk, zarr
-from t4d.readers.volume import Choice, Volume, WrongOption, extension_of, natural
+from t4d.readers.volume import Choice, Volume, extension_of, natural
 
-_MODULES: Dict[str, Tuple[Any, str, Tuple[str, ...]]] = {
-    "DICOM": (dicom, "DICOM files", (".dcm",)),
-    "Zarr": (zarr, "Zarr", ()),
-    "TIFF": (tiff, "TIFF files", (".tif", ".tiff", ".lsm")),
-    "HDF5": (hdf5, "HDF5 files", (".h5", ".hdf5", ".hdf", ".he5", ".nc", ".nc4")),
-    "medical": (itk, "medical images", (*itk.SIMPLEITK, *itk.NIBABEL)),
-    "VTK": (vtk, "volumes of VTK", (".vti",)),
-    "NumPy": (arrays, "NumPy arrays", (".npy",)),
+_KINDS: Dict[str, Tuple[Any, Tuple[str, ...]]] = {
+    "DICOM": (dicom, (".dcm",)),
+    "Zarr": (zarr, ()),
+    "TIFF": (tiff, (".tif", ".tiff")),
+    "HDF5": (hdf5, (".h5", ".hdf5", ".hdf", ".nc", ".nc4")),
+    "medical images": (itk, (*itk.SIMPLEITK, *itk.NIBABEL)),
+    "volumes of VTK": (vtk, (".vti",)),
+    "arrays": (arrays, (".npy",)),
 }
 
 PROGRAM = (".vdb", ".nrrd", ".nhdr", ".nii", ".nii.gz", ".hdr", ".npy", ".raw")
 """Extensions that the program reads itself."""
 
 
-def kind_of(path: str) -> Optional[str]:
-    """The kind of an input, by its name and its first bytes; None for what no reader knows."""
+def kind_of(path: str) -> str:
+    """The kind of an input, by its name and its first bytes; "" for what no reader knows."""
     if zarr.is_zarr(path):
         return "Zarr"
     if os.path.isdir(path):
-        return _kind_of_folder(path)
-    extension = extension_of(path)
-    for kind, (_, _, extensions) in _MODULES.items():
-        if extension in extensions:
-            return kind
-    if extension == ".pvd" and vtk.lists_volumes(path):
-        return "VTK"
-    return "DICOM" if dicom.has_signature(path) else None
-
-
-def _kind_of_folder(folder: str) -> Optional[str]:
-    names = sorted(os.listdir(folder))
-    if any(extension_of(name) == ".vdb" for name in names):
-        return None
-    if dicom.files_in(folder):
-        return "DICOM"
-    kinds = {kind for kind in map(kind_of, _files(folder)) if kind}
-    return kinds.pop() if len(kinds) == 1 else None
+        if any(extension_of(name) == ".vdb" for name in os.listdir(path)):
+            return ""
+        kinds = {"DICOM"} if dicom.files_in(path) else {kind for kind in map(kind_of, _files(path)) if kind}
+        return kinds.pop() if len(kinds) == 1 else ""
+    if extension_of(path) == ".pvd":
+        return "volumes of VTK" if vtk.lists_volumes(path) else ""
+    known = (kind for kind, (_, extensions) in _KINDS.items() if extension_of(path) in extensions)
+    return next(known, "DICOM" if dicom.has_signature(path) else "")
 
 
 def _files(folder: str) -> List[str]:
@@ -57,19 +47,18 @@ def _files(folder: str) -> List[str]:
 def read(paths: Sequence[str], choice: Choice) -> List[Volume]:
     """The volumes of paths: one over time, or one for each frame. Raises FileError, InvalidInput, Unsupported
     (also for a library that is missing), and WrongOption for a choice that is not for the input."""
-    kinds = [kind_of(path) for path in paths]
-    for path, kind in zip(paths, kinds):
-        if kind is None:
+    kind = kind_of(paths[0])
+    for path in paths:
+        if not kind_of(path):
             raise _unknown(path)
-        if kind != kinds[0]:
+        if kind_of(path) != kind:
             raise InvalidInput(f"{paths[0]} and {path} are not of one kind; give files of one format")
-    module, what, _ = _MODULES[str(kinds[0])]
-    choice.allow(*module.OPTIONS, what=what)
+    module = _KINDS[kind][0]
+    choice.allow(module.OPTIONS, kind)
     notes = []
-    if kinds[0] not in ("DICOM", "Zarr") and os.path.isdir(paths[0]):
-        paths = [file for path in paths for file in (_files(path) if os.path.isdir(path) else [path])
-                 if kind_of(file) == kinds[0]]  # fmt: skip
-        notes.append(f"frames are in the order of the numbers in their names, from {paths[0]} to {paths[-1]}")
+    if kind not in ("DICOM", "Zarr") and os.path.isdir(paths[0]):
+        paths = [path for folder in paths for path in _files(folder) if kind_of(path) == kind]
+        notes = [f"frames are in the order of the numbers in their names, from {paths[0]} to {paths[-1]}"]
     volumes: List[Volume] = module.read(paths, choice)
     volumes[0].notes[:0] = notes
     return volumes
@@ -81,31 +70,19 @@ def _unknown(path: str) -> Exception:
     if extension_of(path) in PROGRAM:
         return InvalidInput("is read by the program alone: t4d.verbs.weave", path)
     what = "a folder that holds no frames of one kind" if os.path.isdir(path) else "of no kind that is known by its name"
-    return InvalidInput(f"is {what}; frames are DICOM, Zarr, {', '.join(_extensions())}", path)
-
-
-def _extensions() -> List[str]:
-    return [extension for _, _, extensions in _MODULES.values() for extension in extensions[:3]]
+    known = [extension for _, extensions in _KINDS.values() for extension in extensions]
+    return InvalidInput(f"is {what}; frames are DICOM, Zarr, {', '.join(known)}", path)
 
 
 def of_object(given: Any, where: str, choice: Choice) -> Volume:
     """The volume of something that is open: an array, or an image of SimpleITK, nibabel, zarr or h5py."""
     package = type(given).__module__.partition(".")[0]
-    if package == "SimpleITK" or package == "nibabel" or hasattr(given, "dataobj"):
-        choice.allow(what="images of medical libraries")
+    module = {"SimpleITK": itk, "zarr": zarr, "h5py": hdf5}.get(package, itk if hasattr(given, "dataobj") else arrays)
+    if module is arrays and not (hasattr(given, "shape") and hasattr(given, "__getitem__")):
+        expected = "a path, several, an array over time, or an image of SimpleITK or nibabel"
+        raise TypeError(f"frames is {given!r:.80}; expected {expected}")
+    choice.allow(module.OPTIONS, next(kind for kind, (one, _) in _KINDS.items() if one is module))
+    if module is itk:
         return itk.of_simpleitk(given, where) if package == "SimpleITK" else itk.of_nibabel(given, where)
-    if package == "zarr":
-        choice.allow(*zarr.OPTIONS, what="Zarr")
-        return zarr.of_node(given, where, choice)
-    if package == "h5py" and hasattr(given, "dims"):
-        choice.allow(*hdf5.OPTIONS, what="HDF5")
-        return hdf5.of_array(given, where, choice)
-    if not hasattr(given, "shape") or not hasattr(given, "__getitem__"):
-        raise TypeError(
-            f"frames is {given!r:.80}; expected a path, several, an array over time, or an image of SimpleITK or nibabel"
-        )
-    choice.allow(*arrays.OPTIONS, what="arrays")
-    return arrays.of_array(given, where, choice)
-
-
-__all__ = ["PROGRAM", "Choice", "Volume", "WrongOption", "kind_of", "of_object", "read"]
+    opened = {zarr: zarr.of_node, hdf5: hdf5.of_array, arrays: arrays.of_array}[module]
+    return opened(given, where, choice)

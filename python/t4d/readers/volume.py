@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 
 from t4d.errors import Error, FileError, InvalidInput, Unsupported
 
-Box = Tuple[slice, slice, slice]
+Box = Tuple[slice, ...]
 """Samples along x, y and z."""
 
 _KEPT_BYTES = 1 << 28  # of frames that share chunks
+MOST_LISTED = 20
 
 
 class WrongOption(TypeError):
@@ -26,20 +27,17 @@ class WrongOption(TypeError):
 
     def __init__(self, option: str, reason: str) -> None:
         super().__init__(f"{option} {reason}")
-        self.option = option
-        self.reason = reason
+        self.option, self.reason = option, reason
 
 
 class Missing(InvalidInput):
     """What ``option`` must say of the input, since the input does not; ``value`` is how it is given."""
 
-    def __init__(self, message: str, where: str, option: str, value: str) -> None:
-        super().__init__(message, where)
-        self.option = option
-        self.value = value
+    option = value = ""
 
-    def __reduce__(self) -> Tuple[Any, ...]:
-        return type(self), (self.message, self.where, self.option, self.value), self.__dict__
+    def __init__(self, message: str, where: str, option: str = "", value: str = "") -> None:
+        super().__init__(message, where)
+        self.option, self.value = option, value
 
 
 @dataclasses.dataclass
@@ -52,20 +50,11 @@ class Choice:
     series: Union[None, int, str] = None
     dataset: Optional[str] = None
 
-    def allow(self, *names: str, what: str) -> None:
-        """Raises WrongOption for a choice that is not one of these, which is for ``what`` it says."""
+    def allow(self, names: Sequence[str], what: str) -> None:
+        """Raises WrongOption for a choice that is not one of these, which are for ``what`` it says."""
         for field in dataclasses.fields(self):
             if getattr(self, field.name) is not None and field.name not in names:
-                raise WrongOption(field.name, f"is not for {what}; it is for {_CHOICES_FOR[field.name]}")
-
-
-_CHOICES_FOR = {
-    "axes": "arrays and TIFF files",
-    "channel": "inputs with channels: TIFF, Zarr, HDF5 and VTK",
-    "level": "images of OME-Zarr",
-    "series": "DICOM and TIFF files",
-    "dataset": "HDF5, Zarr and VTK files",
-}
+                raise WrongOption(field.name, f"is not for {what}")
 
 
 @dataclasses.dataclass
@@ -91,13 +80,13 @@ class Volume:
     channel: int = 0
     axes_assumed: bool = False
     whole: bool = False
-    """Samples are stored as whole numbers, whatever they are made of them."""
+    """Samples are stored as whole numbers, whatever is made of them."""
     padded: bool = False
     """NaN stands for samples without data."""
     values: Optional[Callable[[NDArray[Any]], NDArray[Any]]] = None
-    """What makes values of the stored samples, of ``dtype``."""
+    """What makes values, of ``dtype``, of the stored samples."""
     dtype: Optional[np.dtype[Any]] = None
-    names: Optional[Sequence[str]] = None
+    names: Optional[List[str]] = None
     notes: List[str] = dataclasses.field(default_factory=list)
     losses: List[str] = dataclasses.field(default_factory=list)
     _kept: Tuple[Any, Any] = (None, None)
@@ -108,7 +97,7 @@ class Volume:
 
     @property
     def kind(self) -> np.dtype[Any]:
-        return np.dtype(self.dtype if self.dtype is not None else self.array.dtype)
+        return np.dtype(self.array.dtype if self.dtype is None else self.dtype)
 
     def read(self, frame: int, box: Box) -> NDArray[Any]:
         """The samples (nx, ny, nz) of a frame in a box."""
@@ -117,12 +106,11 @@ class Volume:
             kept = [axis for axis in self.axes if axis in "xyz"]
             found = found.transpose([kept.index(axis) for axis in "xyz" if axis in kept])
             for i, axis in enumerate("xyz"):
-                if axis not in kept:
-                    found = np.expand_dims(found, i)
+                found = found if axis in kept else np.expand_dims(found, i)
             return found if self.values is None else self.values(found)
 
-    def _at(self, frame: Union[int, slice], box: Box) -> Tuple[Union[int, slice], ...]:
-        parts: Dict[str, Union[int, slice]] = {"t": frame, "c": self.channel, **dict(zip("xyz", box))}
+    def _at(self, frame: Union[int, slice], box: Box) -> Tuple[Any, ...]:
+        parts: Dict[str, Any] = {"t": frame, "c": self.channel, **dict(zip("xyz", box))}
         return tuple(parts[axis] for axis in self.axes)
 
     def _stored(self, frame: int, box: Box) -> NDArray[Any]:
@@ -133,20 +121,18 @@ class Volume:
         first = frame - frame % together
         key = (first, *((part.start, part.stop) for part in box))
         if self._kept[0] != key:
-            self._kept = (None, None)
-            last = min(first + together, self.size("t"))
-            self._kept = key, np.asarray(self.array[self._at(slice(first, last), box)])
-        time = [axis for axis in self.axes if axis != "c"].index("t")
-        return np.asarray(self._kept[1].take(frame - first, axis=time))
+            self._kept = None, None
+            frames = slice(first, min(first + together, self.size("t")))
+            self._kept = key, np.asarray(self.array[self._at(frames, box)])
+        return np.asarray(self._kept[1].take(frame - first, axis=self.axes.replace("c", "").index("t")))
 
     def _frames_of_chunk(self, box: Box) -> int:
         chunks = getattr(self.array, "chunks", None)
         if not chunks or "t" not in self.axes:
             return 1
-        along = chunks[self.axes.index("t")]
-        frames = int(along if isinstance(along, int) else along[0])
+        along = chunks[self.axes.index("t")]  # of dask, all of them
         bytes_ = np.dtype(self.array.dtype).itemsize * math.prod(part.stop - part.start for part in box)
-        return min(frames, max(1, _KEPT_BYTES // max(1, bytes_)))
+        return min(int(np.ravel(along)[0]), max(1, _KEPT_BYTES // max(1, bytes_)))
 
 
 def library(name: str, extra: str, where: str, what: str) -> Any:
@@ -166,32 +152,34 @@ def through(where: str) -> Iterator[None]:
     except (Error, WrongOption):
         raise
     except OSError as error:
-        raise FileError(error.strerror or first_line(error), where) from error
+        raise FileError(error.strerror or _first_line(error), where) from error
     except Exception as error:  # libraries raise anything for damaged files
-        raise InvalidInput(f"cannot be read: {first_line(error)}", where) from error
+        raise InvalidInput(f"cannot be read: {_first_line(error)}", where) from error
 
 
-def first_line(error: BaseException) -> str:
-    lines = str(error).strip().splitlines()
-    return lines[0] if lines else type(error).__name__
+def _first_line(error: BaseException) -> str:
+    return (str(error).strip().splitlines() or [type(error).__name__])[0]
 
 
-def chosen_channel(count: int, choice: Choice, where: str, names: Sequence[str] = ()) -> int:
-    """The channel, by its number or one of the names. Raises Missing if one of several must be chosen."""
-    listed = ", ".join(f"{i} {name}" for i, name in enumerate(names) if name)
-    listed = f" ({listed})" if listed else ""
-    channel = choice.channel
-    if channel is None:
-        if count > 1:
-            raise Missing(f"has {count} channels{listed}; choose one, 0 to {count - 1}", where, "channel", "NUMBER, counted from 0")
-        return 0
-    if isinstance(channel, str) and channel in names:
-        return list(names).index(channel)
-    number = int(channel) if str(channel).isdigit() else -1
-    if not 0 <= number < count:
-        said = f"{count} channel" + ("" if count == 1 else "s")
-        raise InvalidInput(f"has {said}{listed}, so there is no channel {channel} (counted from 0)", where)
-    return number
+def number_of(chosen: Union[int, str], names: Sequence[str]) -> int:
+    """Of a channel, level or image that is chosen by its number or its name; -1 if there is none."""
+    if chosen in names:
+        return list(names).index(str(chosen))
+    number = int(chosen) if str(chosen).isdigit() else -1
+    return number if number < len(names) else -1
+
+
+def choose_channel(volume: Volume, choice: Choice, names: Sequence[str] = ()) -> None:
+    """Sets the channel. Raises Missing if one of several must be chosen, which have the names if there are as many."""
+    count = volume.size("c")
+    named = names if len(names) == count else [""] * count
+    listed = ", ".join(f"{i} {name}" for i, name in enumerate(named) if name)
+    said = f"has {count} channel{'' if count == 1 else 's'}{f' ({listed})' if listed else ''}"
+    if choice.channel is None and count > 1:
+        raise Missing(f"{said}; choose one, 0 to {count - 1}", volume.where, "channel", "NUMBER, counted from 0")
+    volume.channel = 0 if choice.channel is None else number_of(choice.channel, named)
+    if volume.channel < 0:
+        raise InvalidInput(f"{said}, so there is no channel {choice.channel} (counted from 0)", volume.where)
 
 
 _AXIS_NAMES = {
@@ -205,8 +193,7 @@ _AXIS_NAMES = {
 
 def axis_named(name: str) -> str:
     """x, y, z, t or c by a name; "" for another."""
-    word = name.lower()
-    return next((axis for axis, names in _AXIS_NAMES.items() if word in names), "")
+    return next((axis for axis, names in _AXIS_NAMES.items() if name.lower() in names), "")
 
 
 def usable(axes: str) -> bool:
@@ -217,41 +204,29 @@ def usable(axes: str) -> bool:
 def axes_of(shape: Sequence[int], named: Sequence[str], choice: Choice, where: str) -> Tuple[str, bool]:
     """A letter for each axis of an array, and whether they are assumed: those that are chosen, or that the
     array names, or txyz or xyz. Raises Missing for what cannot be told."""
-    count = len(shape)
     if choice.axes is not None:
-        axes = choice.axes if len(choice.axes) == count else choice.axes.replace("t", "")
-        if len(axes) != count:
-            raise InvalidInput(f"has {count} axes, not those of '{choice.axes}'", where)
+        axes = choice.axes if len(choice.axes) == len(shape) else choice.axes.replace("t", "")
+        if len(axes) != len(shape):
+            raise InvalidInput(f"has {len(shape)} axes, not those of '{choice.axes}'", where)
         return axes, False
-    axes = "".join(axis_named(name) for name in named)
-    if len(axes) == count and usable(axes):
+    axes = "".join(map(axis_named, named))
+    if len(axes) == len(shape) and usable(axes):
         return axes, False
-    if count in (3, 4) and not any(named):
-        return "txyz"[-count:], True
-    said = "'" + "', '".join(named) + "'" if any(named) else "of a shape " + " x ".join(map(str, shape))
-    raise Missing(f"has the axes {said}, which do not tell x, y, z, t and c", where, "axes", "ORDER, as in --axes tzyx")
+    if len(shape) in (3, 4) and not any(named):
+        return "txyz"[-len(shape) :], True
+    raise unknown_axes("'" + "', '".join(named) + "'" if any(named) else f"of a shape {tuple(shape)}", where)
 
 
-def even_step(values: NDArray[Any], axis: str, where: str) -> Tuple[float, Optional[float]]:
-    """The first of the coordinates along an axis of space, and their distance; None of a single one. Raises
-    InvalidInput unless they are evenly spaced."""
-    places = np.asarray(values, np.float64)
-    if len(places) < 2:
-        return float(places[0]), None
-    step = (places[-1] - places[0]) / (len(places) - 1)
-    even = np.abs(places - (places[0] + step * np.arange(len(places))))
-    if step == 0 or not np.all(even <= 1e-3 * abs(step)):
-        raise InvalidInput(f"its coordinates along {axis} are not evenly spaced", where)
-    return float(places[0]), float(f"{step:.12g}")
+def unknown_axes(said: str, where: str) -> Missing:
+    return Missing(f"has the axes {said}, which do not tell x, y, z, t and c", where, "axes", "ORDER, as in --axes tzyx")
 
 
-def natural(name: str) -> List[Any]:
+def natural(name: str) -> List[Tuple[int, int, str]]:
     """A key that sorts runs of digits as numbers: frame2 before frame10."""
     return [(0, int(part), "") if part.isdigit() else (1, 0, part) for part in re.findall(r"[0-9]+|[^0-9]", name)]
 
 
 def extension_of(path: str) -> str:
     """In lower case; ".nii.gz" and the like as one."""
-    name = os.path.basename(path.rstrip("/")).lower()
-    root, extension = os.path.splitext(name)
+    root, extension = os.path.splitext(os.path.basename(path.rstrip("/")).lower())
     return os.path.splitext(root)[1] + extension if extension == ".gz" else extension
