@@ -30,12 +30,12 @@ _LEAST_OF_PATTERN = 3  # names
 _PATIENCE = 10  # seconds for the program to clean up
 
 
-def split(words: Sequence[str]) -> Tuple[List[str], List[str], Dict[str, str]]:
-    """Inputs, words that the program gets, and options of the door, of the words after weave. What takes values
-    is told by the program's description of its options."""
+def split(words: Sequence[str]) -> Tuple[List[str], Dict[str, List[str]], Dict[str, str]]:
+    """Inputs, the program's options with their words, and the values of the door's, of the words after weave. How
+    many values an option takes is told by the program's description."""
     known = options_of("weave")
     inputs: List[str] = []
-    others: List[str] = []
+    others: Dict[str, List[str]] = {}
     own: Dict[str, str] = {}
     left = list(words)
     while left:
@@ -45,20 +45,19 @@ def split(words: Sequence[str]) -> Tuple[List[str], List[str], Dict[str, str]]:
         if not _is_option(word):
             inputs.append(word)
             continue
-        name, equals, value = word.partition("=")
+        long = word.startswith("--")
+        name, equals, value = word.partition("=") if long else (word[:2], word[2:], word[2:])
         plain = name.lstrip("-").replace("-", "_")
-        plain = plain if name.startswith("--") else plain[:1]
         option = known.get(plain, {"value": "TEXT" if plain in _DOOR else None, "repeats": False})
         values = [value] if equals else []
-        joined = not name.startswith("--") and len(name) > 2  # -oFILE
-        if option["value"] is not None and not equals and not joined:
-            most = len(left) if option["repeats"] and plain != "output" and plain != "o" else len(option["value"].split())
+        if option["value"] is not None and not equals:
+            most = len(left) if option["repeats"] else len(option["value"].split())
             while left and len(values) < most and (not values or not _is_option(left[0])):
                 values.append(left.pop(0))
-        if plain in _DOOR and name.startswith("--"):
+        if long and plain in _DOOR:
             own[plain] = values[0] if values else ""
         else:
-            others += [word, *([] if equals else values)]
+            others.setdefault(name, []).extend([word, *([] if equals else values)])
     return inputs, others, own
 
 
@@ -66,71 +65,50 @@ def _is_option(word: str) -> bool:
     return len(word) > 1 and word[0] == "-" and not re.match(r"-\.?\d", word)
 
 
-def _value(words: Sequence[str], name: str) -> Optional[str]:
-    """Of an option among words."""
-    for word, following in zip(words, [*words[1:], ""]):
-        if word.partition("=")[0] == name:
-            return word.partition("=")[2] if "=" in word else following
-    return None
+def _value(options: Dict[str, List[str]], name: str) -> Optional[str]:
+    """The first value of an option; None if it is not given."""
+    words = options.get(name, [])
+    return words[0].partition("=")[2] if words and "=" in words[0] else words[1] if len(words) > 1 else None
 
 
-def in_order(paths: List[str]) -> Tuple[List[str], str]:
+def in_order(paths: List[str]) -> Tuple[List[str], List[str]]:
     """Names stay in the order given, unless it is the one in which a shell sorts what a pattern matches: frame1
-    frame10 frame2. These are put in the order of their numbers. Also a note, or ""."""
+    frame10 frame2. These are put in the order of their numbers. Also notes."""
     by_number = sorted(paths, key=natural)
-    if len(paths) < 2 or paths == by_number or len({re.sub(r"\d+", "0", path) for path in paths}) > 1:
-        return paths, ""
+    if paths == by_number or len({re.sub(r"\d+", "0", path) for path in paths}) > 1:
+        return paths, []
     if paths == sorted(paths) and len(paths) >= _LEAST_OF_PATTERN:
         ends = f"{by_number[0]} to {by_number[-1]}"
-        return by_number, f"frames are in the order of the numbers in their names, from {ends}"
+        return by_number, [f"frames are in the order of the numbers in their names, from {ends}"]
     ends = f"{paths[0]} to {paths[-1]}"
-    return paths, f"frames are in the order given, from {ends}, which is not that of the numbers in their names"
+    return paths, [f"frames are in the order given, from {ends}, which is not that of the numbers in their names"]
 
 
-def is_door(paths: Sequence[str]) -> bool:
-    """Whether one of the inputs is for a reader of Python, and not for the program."""
-    return any(extension_of(path) not in readers.PROGRAM and readers.kind_of(path) for path in paths)
-
-
-def _open(paths: List[str], words: Sequence[str], own: Dict[str, str]) -> Frames:
-    """The frames, as the options of the program need them. Raises Error and WrongOption."""
-    paths, note = in_order(paths)
-    frames = open_frames(paths, **own)  # type: ignore[arg-type]
-    frames.notes[:0] = [note] if note else []
-    label, outside = _value(words, "--label"), _value(words, "--outside-value")
-    if label is not None and frames.padded:
-        return frames.filled(0 if label != "0" else -1)
-    if outside is not None and frames.padded and outside.lower() != "nan":
-        frames = frames.without(float(outside))
-    decided = label is not None or _value(words, "--iso") is not None or _value(words, "--below") is not None
-    if not decided and frames.whole and frames.dtype.kind == "f":
-        raise Missing(
-            "has whole numbers as samples, which do not say what is inside; an iso value or a label must be given",
-            paths[0], "iso", "VALUE, if the samples are densities (inside is where they are above it)",
-        )  # fmt: skip
+def _open(paths: List[str], options: Dict[str, List[str]], own: Dict[str, str]) -> Frames:
+    """The frames as the options of the program need them, which are changed where the frames say what is no data.
+    Raises Error and WrongOption."""
+    paths, notes = in_order(paths)
+    chosen: Any = own
+    frames = open_frames(paths, **chosen)
+    frames.notes[:0] = notes
+    label, outside = _value(options, "--label"), _value(options, "--outside-value")
+    if label is not None:
+        return frames.filled(-1 if label == "0" else 0) if frames.padded else frames
+    if "--iso" not in options and "--below" not in options and frames.whole and frames.dtype.kind == "f":
+        said = "has whole numbers as samples, which do not say what is inside; an iso value or a label must be given"
+        raise Missing(said, paths[0], "iso", "VALUE, if the samples are densities (inside is where they are above it)")
+    if frames.padded:
+        options["--outside-value"] = ["--outside-value=nan"]
+        return frames if outside is None or outside.lower() == "nan" else frames.without(float(outside))
     return frames
 
 
-def _words_for(frames: Frames, words: List[str], name: str) -> List[str]:
-    """The program's own command line for a stream of the frames."""
-    label = _value(words, "--label")
-    given = list(words)
-    if frames.padded and label is None:
-        at = next((i for i, word in enumerate(given) if word.partition("=")[0] == "--outside-value"), None)
-        if at is not None:
-            del given[at : at + (1 if "=" in given[at] else 2)]
-        given.append("--outside-value=nan")
-    if label in (None, *map(str, range(10))) and _value(words, "--body") is None:
-        given.append(f"--body={name}")
-    return ["weave", "-", *given]
-
-
-def _part(words: Sequence[str], frames: int) -> Optional[Tuple[int, int]]:
-    """The first and the last frame of a part, --part K/N; None for all."""
-    said = re.fullmatch(r"(\d+)/(\d+)", _value(words, "--part") or "")
-    if not said or not 1 <= int(said[1]) <= int(said[2]):
+def _part(said: str, frames: int) -> Optional[Tuple[int, int]]:
+    """The first and the last frame of a part, K/N; None for all."""
+    found = re.fullmatch(r"(\d+)/(\d+)", said)
+    if not found or not 1 <= int(found[1]) <= int(found[2]):
         return None
-    number, count, steps = int(said[1]), int(said[2]), frames - 1
+    number, count, steps = int(found[1]), int(found[2]), frames - 1
     begin, end = (part * (steps // count) + min(part, steps % count) for part in (number - 1, number))
     return (begin, end) if begin < end else None
 
@@ -141,7 +119,7 @@ def _feed(frames: Frames, command: List[str], part: Optional[Tuple[int, int]]) -
     assert process.stdin is not None
     try:
         with contextlib.suppress(BrokenPipeError):  # the program says why it ended
-            write_stream(frames, process.stdin, part)  # type: ignore[arg-type]
+            write_stream(frames, process.stdin, part)
         with contextlib.suppress(BrokenPipeError):
             process.stdin.close()
         return process.wait()
@@ -158,13 +136,16 @@ def _say(text: str) -> None:
     print("t4d: " + text.encode(errors="replace").decode().replace("\n", "\\n"), file=sys.stderr)
 
 
-def weave(words: List[str]) -> int:
+def weave(inputs: List[str], options: Dict[str, List[str]], own: Dict[str, str]) -> int:
     """The exit code of weave, for inputs of the door."""
-    inputs, others, own = split(words)
     try:
-        frames = _open(inputs, others, own)
-        name = re.sub(r"(\.ome)?\.[^.]*$", "", os.path.basename(os.path.normpath(inputs[0])))
-        return _feed(frames, [program(), *_words_for(frames, others, name)], _part(others, len(frames)))
+        frames = _open(inputs, options, own)
+        labels = [word for word in options.get("--label", []) if word != "--label"]
+        if "--body" not in options and len(labels) < 2 and not any(word.endswith("all") for word in labels):
+            name = os.path.basename(os.path.normpath(inputs[0]))
+            options["--body"] = [f"--body={re.sub(r'([.]ome)?[.][^.]*$', '', name)}"]
+        words = [word for of_option in options.values() for word in of_option]
+        return _feed(frames, [program(), "weave", "-", *words], _part(_value(options, "--part") or "", len(frames)))
     except WrongOption as error:
         _say(f"--{error.option.replace('_', '-')} {error.reason}")
         return _USAGE
@@ -183,23 +164,20 @@ def _terminate(number: int, _: Any) -> NoReturn:
 
 
 def main(words: List[str]) -> int:
-    asks = any(word in ("-h", "--help") for word in words)
-    if words[:1] == ["weave"] and not asks and is_door(split(words[1:])[0]):
-        signal.signal(signal.SIGTERM, _terminate)
-        try:
-            return _end(weave(words[1:]))
-        except KeyboardInterrupt:
-            return _end(-signal.SIGINT)
+    if words[:1] == ["weave"] and not {"-h", "--help"} & set(words):
+        given = split(words[1:])
+        if any(extension_of(path) not in readers.PROGRAM and readers.kind_of(path) for path in given[0]):
+            signal.signal(signal.SIGTERM, _terminate)
+            try:
+                code = weave(*given)
+            except KeyboardInterrupt:
+                code = -signal.SIGINT
+            if code < 0:  # ends as the program did
+                signal.signal(-code, signal.SIG_DFL)
+                os.kill(os.getpid(), -code)
+            return code
     sys.stdout.flush()
     os.execv(program(), [program(), *words])
-
-
-def _end(code: int) -> int:
-    """Ends as the program did, also by a signal."""
-    if code < 0:
-        signal.signal(-code, signal.SIG_DFL)
-        os.kill(os.getpid(), -code)
-    return code
 
 
 if __name__ == "__main__":

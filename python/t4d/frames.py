@@ -171,10 +171,9 @@ def open_frames(
     """
     if axes is not None and not usable(checks.text("axes", axes)):
         raise ValueError(f"axes is {axes!r}; expected an order of x, y, z, t and c, as 'tzyx'")
-    which = (None if one is None or isinstance(one, str) else checks.whole(option, one, 0)
-             for option, one in (("channel", channel), ("level", level), ("series", series)))  # fmt: skip
-    given = (one if isinstance(one, str) else number for one, number in zip((channel, level, series), which))
-    frames = Frames(_volumes(source, Choice(axes, *given, None if dataset is None else checks.text("dataset", dataset))))
+    named = None if dataset is None else checks.text("dataset", dataset)
+    which = [_which(name, one) for name, one in (("channel", channel), ("level", level), ("series", series))]
+    frames = Frames(_volumes(source, Choice(axes, which[0], which[1], which[2], named)))
     if spacing is not None or origin is not None:
         _set_place(frames, spacing, origin)
     _set_times(frames, times, frame_time, start_time)
@@ -187,6 +186,10 @@ def open_frames(
         said = f"has frames of {bytes_} bytes, two of which do not fit into memory"
         raise InvalidInput(said, frames._volumes[0].where)
     return frames
+
+
+def _which(option: str, given: Union[None, str, SupportsIndex]) -> Union[None, str, int]:
+    return given if given is None or isinstance(given, str) else checks.whole(option, given, 0)
 
 
 def is_path(source: Any) -> bool:

@@ -773,7 +773,7 @@ def weave(
         space = frames.space
         warn(Loss, frames.losses)
         frames, outside_value = _without_padding(frames, iso is not None or below is not None, label, outside_value)
-    up = up or ("z" if space else "y")  # of a patient, z points up
+    upward = up or ("z" if space else "y")  # of a patient, z points up
     if isinstance(frames, np.ndarray):
         frames = checks.array("frames", frames)
     if _is_array(frames):
@@ -817,7 +817,7 @@ def weave(
     checks.choice("between", between, ("distance", "midpoint"))
     checks.text("name", name)
     length_unit, time_unit = _units(units, length_unit, time_unit)
-    checks.choice("up", up, ("y", "z"))
+    checks.choice("up", upward, ("y", "z"))
 
     def woven(which: Optional[int], body: str) -> Mesh:
         producer = _t4d.weave_frames(
@@ -840,7 +840,7 @@ def weave(
             "backend": "voxel4d",
             "length_unit": length_unit,
             "time_unit": time_unit,
-            "up": up,
+            "up": upward,
             "space": space,
             "details": json.dumps({"parameters": parameters}),
         }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import json
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, BinaryIO, Dict, Optional, Tuple
+from typing import IO, Any, Dict, Optional, Tuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,7 @@ def header_of(frames: Frames, part: Optional[Tuple[int, int]] = None) -> Dict[st
     return {name: value for name, value in said.items() if value not in (None, "", False, [])}
 
 
-def write_stream(frames: Frames, file: BinaryIO, part: Optional[Tuple[int, int]] = None) -> None:
+def write_stream(frames: Frames, file: IO[bytes], part: Optional[Tuple[int, int]] = None) -> None:
     """Writes the header and the frames, two of which are in memory: the next one is read while one is written.
     Raises what reading raises, and BrokenPipeError if nobody takes them."""
     file.write(json.dumps(header_of(frames, part), allow_nan=False).encode() + b"\n")
@@ -43,12 +43,13 @@ def write_stream(frames: Frames, file: BinaryIO, part: Optional[Tuple[int, int]]
     file.flush()
 
 
-def _write_npy(array: NDArray[Any], file: BinaryIO) -> None:
+def _write_npy(array: NDArray[Any], file: IO[bytes]) -> None:
     """In the order in which the samples are in memory, without a copy of them where they are dense."""
     fortran = not array.flags.c_contiguous
-    dense = np.asfortranarray(array) if fortran else array
+    dense: Any = np.asfortranarray(array) if fortran else array
+    npy: Any = np.lib.format
     begin = io.BytesIO()
-    described = {"descr": np.lib.format.dtype_to_descr(dense.dtype), "fortran_order": fortran, "shape": dense.shape}
-    np.lib.format.write_array_header_1_0(begin, described)
+    described = {"descr": npy.dtype_to_descr(dense.dtype), "fortran_order": fortran, "shape": dense.shape}
+    npy.write_array_header_1_0(begin, described)
     file.write(begin.getvalue())
     file.write(memoryview(dense.T if fortran else dense).cast("B"))

@@ -84,5 +84,6 @@ def of_object(given: Any, where: str, choice: Choice) -> Volume:
     choice.allow(module.OPTIONS, next(kind for kind, (one, _) in _KINDS.items() if one is module))
     if module is itk:
         return itk.of_simpleitk(given, where) if package == "SimpleITK" else itk.of_nibabel(given, where)
-    opened = {zarr: zarr.of_node, hdf5: hdf5.of_array, arrays: arrays.of_array}[module]
-    return opened(given, where, choice)
+    if module is zarr:
+        return zarr.of_node(given, where, choice)
+    return hdf5.of_array(given, where, choice) if module is hdf5 else arrays.of_array(given, where, choice)

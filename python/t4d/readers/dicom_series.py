@@ -82,7 +82,7 @@ def arrange(images: List[Image], where: str) -> Volume:
 
 def _check_alike(image: Image, first: Image) -> None:
     row, column = image.orientation[:3], image.orientation[3:]
-    if not max(abs(row @ row - 1), abs(column @ column - 1), abs(row @ column)) < 2 * _SKEW:
+    if not np.all(np.abs([row @ row - 1, column @ column - 1, row @ column]) < 2 * _SKEW):
         raise InvalidInput("its ImageOrientationPatient is not two perpendicular unit vectors", image.file)
     if np.any(np.abs(image.orientation - first.orientation) > _SAME_DIRECTION):
         raise InvalidInput(

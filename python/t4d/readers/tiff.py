@@ -105,7 +105,7 @@ class _Pages:
                 file.open()
                 opened.callback(file.close)
             found = [self._page(int(number))[rest] for number in np.ravel(numbers)]
-        return np.stack(found).reshape(*np.shape(numbers), *found[0].shape)
+        return np.reshape(np.stack(found), (*np.shape(numbers), *found[0].shape))
 
     def _page(self, number: int) -> NDArray[Any]:
         """A plane (y, x) or (y, x, sample), with the first row at the top and the first column at the left."""

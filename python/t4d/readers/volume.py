@@ -132,7 +132,7 @@ class Volume:
             return 1
         along = chunks[self.axes.index("t")]  # of dask, all of them
         bytes_ = np.dtype(self.array.dtype).itemsize * math.prod(part.stop - part.start for part in box)
-        return min(int(np.ravel(along)[0]), max(1, _KEPT_BYTES // max(1, bytes_)))
+        return int(min(np.ravel(along)[0], max(1, _KEPT_BYTES // max(1, bytes_))))
 
 
 def library(name: str, extra: str, where: str, what: str) -> Any:

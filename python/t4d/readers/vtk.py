@@ -56,7 +56,7 @@ def _arrays(path: str) -> Tuple[Any, List[Tuple[bool, str, Any]]]:
     found = []
     for cells, data in ((False, image.GetPointData()), (True, image.GetCellData())):
         size = [n - 1 if cells and n > 1 else n for n in image.GetDimensions()][::-1]
-        for array in filter(None, map(data.GetArray, range(data.GetNumberOfArrays()))):
+        for array in [data.GetArray(i) for i in range(data.GetNumberOfArrays()) if data.GetArray(i)]:
             values = _vtk("util.numpy_support", path).vtk_to_numpy(array)
             found.append((cells, str(array.GetName()), values.reshape(*size, array.GetNumberOfComponents())))
     return image, found
