@@ -84,6 +84,11 @@ def in_order(paths: List[str]) -> Tuple[List[str], List[str]]:
     return paths, [f"frames are in the order given, from {ends}, which is not that of the numbers in their names"]
 
 
+def is_door(paths: Sequence[str]) -> bool:
+    """Whether one of the inputs is for a reader of Python, and not for the program."""
+    return any(extension_of(path) not in readers.PROGRAM and readers.kind_of(path) for path in paths)
+
+
 def _open(paths: List[str], options: Dict[str, List[str]], own: Dict[str, str]) -> Frames:
     """The frames as the options of the program need them, which are changed where the frames say what is no data.
     Raises Error and WrongOption."""
@@ -166,7 +171,7 @@ def _terminate(number: int, _: Any) -> NoReturn:
 def main(words: List[str]) -> int:
     if words[:1] == ["weave"] and not {"-h", "--help"} & set(words):
         given = split(words[1:])
-        if any(extension_of(path) not in readers.PROGRAM and readers.kind_of(path) for path in given[0]):
+        if is_door(given[0]):
             signal.signal(signal.SIGTERM, _terminate)
             try:
                 code = weave(*given)

@@ -212,3 +212,25 @@ def test_padding_and_whole_numbers(tmp_path):
     assert labels["frames"][0][1] == samples()[0].sum() - 1 and "--outside-value=nan" not in labels["words"]
     code, _, said = door("weave", tmp_path / "a.h5")
     assert code == 4 and "has whole numbers as samples" in said and "try: --iso VALUE" in said
+
+
+def test_the_page_has_a_writer():
+    page = (Path(__file__).parents[2] / "docs" / "frame-stream.md").read_text()
+    code = page.split("```python\n")[1].split("```")[0]
+    stream = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True).stdout
+    environment = {**os.environ, "STREAM_PROGRAM": ""}
+    done = subprocess.run([PROGRAM, "weave", "-"], input=stream, env=environment, capture_output=True, check=True)
+    found = json.loads(done.stdout)
+    assert found["header"]["times"] == [0, 0.5, 1] and [kind for kind, _ in found["frames"]] == ["float64"] * 3
+
+
+def test_verbs_go_through_the_door(tiff, monkeypatch, tmp_path):
+    from t4d import commands
+
+    monkeypatch.setattr(commands, "program", lambda: str(PROGRAM))
+    commands.options_of.cache_clear()
+    try:
+        found = commands.run("weave", tiff, iso=3, region="1:4,:,:", output="x.t4d")
+    finally:
+        commands.options_of.cache_clear()
+    assert found["header"]["size"] == [3, 6, 5] and "--output=x.t4d" in found["words"] and "--json" in found["words"]
