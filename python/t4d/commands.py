@@ -295,7 +295,7 @@ def _is_door(words: Sequence[str], cwd: Optional[str]) -> bool:
 
 def _door() -> Tuple[List[str], Dict[str, str]]:
     """The command that reads what the program does not, and its environment, in which it is this package."""
-    paths = [str(Path(__file__).resolve().parents[1]), *filter(None, [os.environ.get("PYTHONPATH")])]
+    paths = [str(Path(__file__).absolute().parents[1]), *filter(None, [os.environ.get("PYTHONPATH")])]
     environment = {**os.environ, "T4D_PROGRAM": program(), "PYTHONPATH": os.pathsep.join(paths)}
     return [sys.executable, "-m", "t4d"], environment
 

@@ -65,6 +65,20 @@ def test_a_tiff_is_the_array(tmp_path, name, axes, how, options, kind):
     same(cut, expected(kind)[1:3, 3:9, :, 1:4])
 
 
+@pytest.mark.parametrize("order", "<>")
+def test_imagej_above_4_gib_has_its_planes_after_its_only_page(tmp_path, order):
+    path = tmp_path / "a.tif"
+    tifffile.imwrite(path, samples("TZYX"), imagej=True, metadata={"axes": "TZYX"}, byteorder=order)
+    whole = bytearray(path.read_bytes())
+    with tifffile.TiffFile(path) as file:
+        page = file.pages[0]
+        last = page.offset + 2 + 12 * len(page.tags)
+    whole[last : last + 4] = bytes(4)  # no page after it
+    path.write_bytes(whole)
+    assert len(tifffile.TiffFile(path).pages) == 1
+    same(t4d.open_frames(path), samples("TXYZ"))
+
+
 def test_units_and_spacing_are_those_that_are_written(tmp_path):
     data = samples("TZYX", np.uint8)
     tifffile.imwrite(

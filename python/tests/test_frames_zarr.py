@@ -355,3 +355,17 @@ def test_arrays_and_groups_that_are_open(tmp_path):
     group = zarr.open(path, mode="r")
     assert np.allclose(same(t4d.open_frames(group), array).times, [3, 3.1, 3.2])
     same(t4d.open_frames(group["scale/1"]), array[:, ::2, ::2, ::2])
+
+
+def test_arrays_of_xarray_have_coordinates(tmp_path):
+    xarray = pytest.importorskip("xarray")
+    array = xarray.DataArray(
+        solid("float32"), dims=("time", "z", "y", "x"), name="density",
+        coords={"time": ("time", [0.0, 2.0, 5.0], {"units": "minutes"}), "x": ("x", 10 + 0.5 * np.arange(14), {"units": "mm"})},
+    )  # fmt: skip
+    for version in (2, 3):
+        path = tmp_path / f"{version}.zarr"
+        array.to_zarr(path, zarr_format=version)
+        frames = same(t4d.open_frames(path), solid("float32"))
+        assert frames.times == [0, 2, 5] and (frames.time_unit, frames.length_unit) == ("min", "mm")
+        assert frames.affine[0].tolist() == [0.5, 0, 0, 10] and frames.unsized == "yz"

@@ -222,7 +222,7 @@ def _place(volume: Volume, parts: List[Any], units: Dict[str, str], where: str) 
 
 
 def _of_array(array: Any, where: str, choice: Choice, path: str) -> Volume:
-    names = getattr(array.metadata, "dimension_names", None) or array.attrs.get("_ARRAY_DIMENSIONS") or []
+    names = getattr(getattr(array, "metadata", None), "dimension_names", None) or array.attrs.get("_ARRAY_DIMENSIONS") or []
     named = [str(name or "") for name in names]
     axes, assumed = axes_of(array.shape, named, choice, where)
     volume = Volume(where, array, axes, axes_assumed=assumed)
