@@ -97,16 +97,20 @@ class Frames:
         found = volume.read(own, self._box)
         if found.shape != self.size:
             raise InvalidInput(f"frame {number} has the shape {found.shape}; expected {self.size}", volume.where)
-        found = found.astype(self.dtype, copy=False)
         for value, by in self._replaced:
             where = np.isnan(found) if math.isnan(value) else found == value
-            found = np.where(where, by, found).astype(self.dtype, copy=False)
-        return found
+            found = np.where(where, by, found)
+        if self.dtype.kind in "iu" and found.dtype.kind == "f" and not np.array_equal(found, np.rint(found)):
+            raise InvalidInput("scales its samples to fractions, so they are not labels", volume.where)
+        return found.astype(self.dtype, copy=False)
 
     def filled(self, value: float) -> Frames:
-        """The same frames with ``value`` in place of NaN; ``filled(0)`` makes labels of padded samples."""
+        """The same frames with ``value`` in place of NaN: ``filled(0)`` makes labels of padded samples, which are
+        whole numbers if they are stored as such."""
         made = self._copy()
-        made._replaced = [*self._replaced, (math.nan, value)] if self.dtype.kind == "f" else self._replaced
+        if self.dtype.kind == "f":
+            made._replaced = [*self._replaced, (math.nan, value)]
+            made.dtype = np.dtype(np.int32 if self.dtype.itemsize < 8 else np.int64) if self.whole else self.dtype
         made.padded = False
         return made
 
