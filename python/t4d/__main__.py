@@ -168,7 +168,18 @@ def _terminate(number: int, _: Any) -> NoReturn:
     raise SystemExit(128 + number)
 
 
+def _help() -> int:
+    """Of the program, and what the door adds."""
+    code = subprocess.run([program(), "weave", "--help"], check=False).returncode
+    print(f"\npython3 -m t4d weave also reads {', '.join(readers.known())}, with these options:\n  "
+          "--dataset TEXT  HDF5, Zarr, VTK: path or name of the array\n"
+          "  --channel, --level, --series  also by name")  # fmt: skip
+    return code
+
+
 def main(words: List[str]) -> int:
+    if words[:1] == ["weave"] and {"-h", "--help"} & set(words) and "--json" not in words:
+        return _help()
     if words[:1] == ["weave"] and not {"-h", "--help"} & set(words):
         given = split(words[1:])
         if is_door(given[0]):

@@ -234,3 +234,8 @@ def test_verbs_go_through_the_door(tiff, monkeypatch, tmp_path):
     finally:
         commands.options_of.cache_clear()
     assert found["header"]["size"] == [3, 6, 5] and "--output=x.t4d" in found["words"] and "--json" in found["words"]
+
+
+def test_help_has_what_the_door_adds():
+    code, out, _ = door("weave", "--help")
+    assert code == 7 and "--dataset" in out and ".tif" in out

@@ -31,12 +31,12 @@ def kind_of(path: str) -> str:
     if os.path.isdir(path):
         if any(extension_of(name) == ".vdb" for name in os.listdir(path)):
             return ""
-        kinds = {"DICOM"} if dicom.files_in(path) else {kind for kind in map(kind_of, _files(path)) if kind}
+        kinds = {"DICOM"} if next(dicom.files_in(path), "") else {kind for kind in map(kind_of, _files(path)) if kind}
         return kinds.pop() if len(kinds) == 1 else ""
     if extension_of(path) == ".pvd":
         return "volumes of VTK" if vtk.lists_volumes(path) else ""
-    known = (kind for kind, (_, extensions) in _KINDS.items() if extension_of(path) in extensions)
-    return next(known, "DICOM" if dicom.has_signature(path) else "")
+    kinds_of = (kind for kind, (_, extensions) in _KINDS.items() if extension_of(path) in extensions)
+    return next(kinds_of, "DICOM" if dicom.has_signature(path) else "")
 
 
 def _files(folder: str) -> List[str]:
@@ -47,11 +47,12 @@ def _files(folder: str) -> List[str]:
 def read(paths: Sequence[str], choice: Choice) -> List[Volume]:
     """The volumes of paths: one over time, or one for each frame. Raises FileError, InvalidInput, Unsupported
     (also for a library that is missing), and WrongOption for a choice that is not for the input."""
-    kind = kind_of(paths[0])
-    for path in paths:
-        if not kind_of(path):
+    kinds = [kind_of(path) for path in paths]
+    kind = kinds[0]
+    for path, own in zip(paths, kinds):
+        if not own:
             raise _unknown(path)
-        if kind_of(path) != kind:
+        if own != kind:
             raise InvalidInput(f"{paths[0]} and {path} are not of one kind; give files of one format")
     module = _KINDS[kind][0]
     choice.allow(module.OPTIONS, kind)
@@ -70,8 +71,12 @@ def _unknown(path: str) -> Exception:
     if extension_of(path) in PROGRAM:
         return InvalidInput("is read by the program alone: t4d.verbs.weave", path)
     what = "a folder that holds no frames of one kind" if os.path.isdir(path) else "of no kind that is known by its name"
-    known = [extension for _, extensions in _KINDS.values() for extension in extensions]
-    return InvalidInput(f"is {what}; frames are DICOM, Zarr, {', '.join(known)}", path)
+    return InvalidInput(f"is {what}; frames are {', '.join(known())}", path)
+
+
+def known() -> List[str]:
+    """What can be read."""
+    return ["DICOM", "Zarr", *(extension for _, extensions in _KINDS.values() for extension in extensions)]
 
 
 def of_object(given: Any, where: str, choice: Choice) -> Volume:

@@ -22,6 +22,15 @@ from t4d.readers.volume import MOST_LISTED, Choice, Missing, Volume, extension_o
 OPTIONS = ("series",)
 
 _SIGNATURE = 132  # bytes up to the end of "DICM"
+# All other elements would fill the memory for series of many files.
+_READ = (
+    "SeriesInstanceUID SeriesNumber SeriesDescription Rows Columns PhotometricInterpretation SamplesPerPixel "
+    "BitsAllocated BitsStored HighBit PixelRepresentation NumberOfFrames SharedFunctionalGroupsSequence "
+    "PerFrameFunctionalGroupsSequence ImagePositionPatient ImageOrientationPatient PixelSpacing ModalityLUTSequence "
+    "RescaleSlope RescaleIntercept PixelPaddingValue PixelPaddingRangeLimit TemporalPositionIdentifier "
+    "TemporalResolution TriggerTime FrameReferenceTime AcquisitionDateTime AcquisitionTime AcquisitionDate ContentTime "
+    "ContentDate"
+).split()
 
 
 def has_signature(path: str) -> bool:
@@ -32,18 +41,18 @@ def has_signature(path: str) -> bool:
         return False
 
 
-def files_in(folder: str) -> List[str]:
-    """Files of images in the folder or, if there are none, in those below it, in natural order."""
-    found: List[str] = []
+def files_in(folder: str) -> Iterator[str]:
+    """Files of images in the folder or, if there are none, in those below it. One that cannot be read may be one."""
+    found = False
     for place, _, names in os.walk(folder):
         for path in (os.path.join(place, name) for name in names if name != "DICOMDIR"):
             if os.path.isfile(path) and (
                 has_signature(path) or extension_of(path) == ".dcm" or not os.access(path, os.R_OK)
             ):
-                found.append(path)
+                found = True
+                yield path
         if found and place == folder:
-            break
-    return sorted(found, key=natural)
+            return
 
 
 def _pydicom(where: str, module: str = "pydicom") -> Any:
@@ -53,12 +62,14 @@ def _pydicom(where: str, module: str = "pydicom") -> Any:
 
 def read(paths: Sequence[str], choice: Choice) -> List[Volume]:
     """One volume of one series. ``choice.series`` is its SeriesInstanceUID or SeriesNumber."""
-    files = [file for path in paths for file in (files_in(path) if os.path.isdir(path) else [path])]
+    files = [file for path in paths
+             for file in (sorted(files_in(path), key=natural) if os.path.isdir(path) else [path])]  # fmt: skip
     series: Dict[str, List[Tuple[str, Any]]] = {}
     empty: List[str] = []
     for file in files:
         with through(file):
-            header = _pydicom(file).dcmread(file, stop_before_pixels=True, force=extension_of(file) == ".dcm")
+            forced = extension_of(file) == ".dcm"
+            header = _pydicom(file).dcmread(file, stop_before_pixels=True, force=forced, specific_tags=[*_READ])
             if "Rows" in header:
                 series.setdefault(str(header.get("SeriesInstanceUID", "")), []).append((file, header))
             else:
