@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import contextlib
 import inspect
+import logging
 import os
 import re
 import signal
 import subprocess
 import sys
+import warnings
 from typing import Any, Dict, List, NoReturn, Optional, Sequence, Tuple
 
 from t4d import readers
@@ -184,6 +186,8 @@ def main(words: List[str]) -> int:
         given = split(words[1:])
         if is_door(given[0]):
             signal.signal(signal.SIGTERM, _terminate)
+            logging.disable()  # libraries say in their own way what an error or a note says
+            warnings.simplefilter("ignore")
             try:
                 code = weave(*given)
             except KeyboardInterrupt:

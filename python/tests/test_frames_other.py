@@ -121,7 +121,8 @@ def test_images_of_itk(tmp_path, name):
     sitk.WriteImage(image4d(sitk), str(tmp_path / name), useCompression=name.startswith("packed"))
     frames = same(t4d.open_frames(tmp_path / name))
     # ITK writes a space of four dimensions into NRRD, which says nothing of a patient.
-    assert placed(frames.affine) and (frames.space, frames.length_unit) == (("", "") if name == "a.nrrd" else ("LPS", "mm"))
+    said = ("", "") if name == "a.nrrd" else ("LPS", "mm")
+    assert placed(frames.affine) and (frames.space, frames.length_unit) == said
     assert np.allclose(frames.times, [1.5, 1.75, 2, 2.25])
     itk = pytest.importorskip("itk")
     judge = itk.imread(str(tmp_path / name))  # of another interface

@@ -64,10 +64,12 @@ def test_a_stream_is_read_by_numpy(kind, order):
     file.seek(0)
     header = json.loads(file.readline())
     assert header["size"] == [7, 6, 5] and header["frames"] == 4 and header["times"] == [0, 0.5, 1, 1.5]
-    assert header["affine"] == [[1, 0, 0, 0], [0, 2, 0, 0], [0, 0, 3, 0]] and header.get("mask", False) == (kind == "bool")
+    assert header["affine"] == [[1, 0, 0, 0], [0, 2, 0, 0], [0, 0, 3, 0]]
+    assert header.get("mask", False) == (kind == "bool")
+    written = np.dtype("float32" if kind == "float16" else kind).newbyteorder("=")
     for frame in array:
         found = np.lib.format.read_array(file)
-        assert np.array_equal(found, frame) and found.dtype == np.dtype(kind.replace("16", "32") if kind == "float16" else kind).newbyteorder("=")
+        assert np.array_equal(found, frame) and found.dtype == written
     assert file.read() == b""
 
 
@@ -129,7 +131,8 @@ def test_a_part_has_the_frames_of_its_steps(tiff):
 
 def test_all_else_is_the_programs(tiff, tmp_path):
     np.save(tmp_path / "a.npy", samples())
-    for words in (["info", "x.t4d"], ["weave", str(tmp_path / "a.npy"), "--iso", "3"], ["weave", "x.vdb", "--wrong"], []):
+    array = str(tmp_path / "a.npy")
+    for words in (["info", "x.t4d"], ["weave", array, "--iso", "3"], ["weave", "x.vdb", "--wrong"], []):
         code, out, _ = door(*words)
         assert (code, json.loads(out)) == (7, words)
 
@@ -171,7 +174,8 @@ def test_an_error_within_the_stream_ends_the_program(tmp_path):
     whole[begin : begin + count] = bytes(count)
     (tmp_path / "a.tif").write_bytes(whole)
     code, out, said = door("weave", tmp_path / "a.tif", "--iso", "3")
-    assert code == 4 and out == "" and f"t4d: {tmp_path / 'a.tif'}: cannot be read" in said and said.count("\n") == 1, said
+    assert code == 4 and out == "" and said.count("\n") == 1, said
+    assert said.startswith(f"t4d: {tmp_path / 'a.tif'}: cannot be read")
 
 
 def test_interruption_ends_both(tiff):
@@ -239,3 +243,15 @@ def test_verbs_go_through_the_door(tiff, monkeypatch, tmp_path):
 def test_help_has_what_the_door_adds():
     code, out, _ = door("weave", "--help")
     assert code == 7 and "--dataset" in out and ".tif" in out
+
+
+def test_libraries_say_nothing_of_their_own(tmp_path):
+    """tifffile logs, pydicom warns, and zarr leaves tasks behind when a request fails."""
+    tifffile = pytest.importorskip("tifffile")
+    tifffile.imwrite(tmp_path / "a.tif", samples().transpose(0, 3, 2, 1), photometric="minisblack",
+                     metadata={"axes": "TZYX"})  # fmt: skip
+    whole = (tmp_path / "a.tif").read_bytes()
+    for end in range(200, len(whole), len(whole) // 5):
+        (tmp_path / "b.tif").write_bytes(whole[:end])
+        code, _, said = door("weave", tmp_path / "b.tif", "--iso", "3")
+        assert code in (0, 4) and all(line.startswith("t4d: ") for line in said.splitlines()), said  # all but tags

@@ -143,7 +143,8 @@ def test_an_image_in_several_files(tmp_path):
             '<?xml version="1.0" encoding="UTF-8"?><OME xmlns="http://www.openmicroscopy.org/Schemas/OME/2016-06" '
             f'UUID="urn:uuid:0000000{t}-0000-0000-0000-000000000000"><Image ID="Image:0"><Pixels ID="Pixels:0" '
             'DimensionOrder="XYZCT" Type="uint16" SizeX="21" SizeY="18" SizeZ="5" SizeC="1" SizeT="3" '
-            f'PhysicalSizeX="0.5" PhysicalSizeY="0.5" TimeIncrement="2"><Channel ID="C:0"/>{blocks}</Pixels></Image></OME>'
+            f'PhysicalSizeX="0.5" PhysicalSizeY="0.5" TimeIncrement="2"><Channel ID="C:0"/>{blocks}'
+            "</Pixels></Image></OME>"
         )
         with tifffile.TiffWriter(tmp_path / name) as file:
             for z in range(5):

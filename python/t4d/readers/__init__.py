@@ -4,7 +4,7 @@ over time, or one for each frame. Libraries are imported when they are needed.""
 from __future__ import annotations
 
 import os
-from typing import Any, Dict, List, Optional, Sequence, Tuple
+from typing import Any, Dict, List, Sequence, Tuple
 
 from t4d.errors import FileError, InvalidInput
 from t4d.readers import arrays, dicom, hdf5, itk, tiff, vtk, zarr
@@ -70,7 +70,7 @@ def _unknown(path: str) -> Exception:
         return FileError(os.strerror(2), path)
     if extension_of(path) in PROGRAM:
         return InvalidInput("is read by the program alone: t4d.verbs.weave", path)
-    what = "a folder that holds no frames of one kind" if os.path.isdir(path) else "of no kind that is known by its name"
+    what = "a folder that holds no frames of one kind" if os.path.isdir(path) else "of no kind that its name tells"
     return InvalidInput(f"is {what}; frames are {', '.join(known())}", path)
 
 

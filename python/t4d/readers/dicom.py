@@ -103,7 +103,7 @@ def _chosen(series: Dict[str, List[Tuple[str, Any]]], wanted: Any, where: str) -
     if len(found) == 1:
         return series[found[0]]
     lines = [
-        f"{numbers[uid] or 'without a number'} '{header.get('SeriesDescription', '')}' of {len(series[uid])} files, {uid}"
+        f"{numbers[uid] or 'no number'} '{header.get('SeriesDescription', '')}' of {len(series[uid])} files, {uid}"
         for uid, header in about.items()
     ]
     more = f"; and {len(lines) - MOST_LISTED} more" if len(lines) > MOST_LISTED else ""

@@ -171,7 +171,7 @@ def _pass_midnight(images: List[Image], kind: str, notes: List[str]) -> None:
         last = moments[int(pauses.argmax())]
         for image in images:
             image.time += _DAY if image.time <= last else 0
-        notes.append(f"{kind} passes midnight, which no date says: its earliest times are taken as those of the next day")
+        notes.append(f"{kind} passes midnight, which no date says: its earliest times are those of the next day")
 
 
 def _frames_of(slices: List[List[Image]], kind: str, where: str) -> List[float]:
@@ -197,8 +197,8 @@ def _frames_of(slices: List[List[Image]], kind: str, where: str) -> List[float]:
     half = np.minimum(np.append(gaps[:1], gaps), np.append(gaps, gaps[-1:])) / 2
     for i, frame in np.argwhere(np.abs(taken - means) >= half):
         raise InvalidInput(
-            f"its {kind} {taken[i, frame]:.6g} is {abs(taken[i, frame] - means[frame]):.6g} from that of frame {frame}, "
-            f"whose neighbours are {2 * half[frame]:.6g} away: an image is missing or doubled, or the series is not one "
-            "volume over time", slices[i][frame].file,
+            f"its {kind} {taken[i, frame]:.6g} is {abs(taken[i, frame] - means[frame]):.6g} from that of frame "
+            f"{frame}, whose neighbours are {2 * half[frame]:.6g} away: an image is missing or doubled, or the series "
+            "is not one volume over time", slices[i][frame].file,
         )  # fmt: skip
     return [float(time) for time in means]

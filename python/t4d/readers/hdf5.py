@@ -60,14 +60,15 @@ def _array(h5py: Any, file: Any, choice: Choice, path: str) -> Any:
         return next(iter(found.values()))
     more = f", and {len(found) - MOST_LISTED} more" if len(found) > MOST_LISTED else ""
     listed = ", ".join(f"{name[1:]} {part.shape}" for name, part in [*found.items()][:MOST_LISTED]) + more
-    said = f"has {len(found)} arrays, of which one is read" if chosen is not None else f"has no array '{choice.dataset}'"
+    several = f"has {len(found)} arrays, of which one is read"
+    said = f"has no array '{choice.dataset}'" if chosen is None else several
     raise Missing(f"{said}: {listed or 'none has three or four axes'}", path, "dataset", "PATH")
 
 
 def of_array(array: Any, where: str, choice: Choice, stored: Any = None) -> Volume:
     """The volume of an array of a file that is open; ``stored`` reads its samples, by default itself."""
     scales = [dim[0] if len(dim) else None for dim in array.dims]
-    names = [dim.label or ("" if scale is None else scale.name.rpartition("/")[2]) for dim, scale in zip(array.dims, scales)]
+    names = [dim.label or (dim[0].name.rpartition("/")[2] if len(dim) else "") for dim in array.dims]
     attributes = dict(array.attrs)
     if "axistags" in attributes and not any(names):  # of vigra and ilastik
         names = [str(axis.get("key", "")) for axis in json.loads(text_of(attributes["axistags"])).get("axes", [])]

@@ -44,7 +44,8 @@ def _read(path: str, choice: Choice, is_frame: bool) -> Volume:
         if len(names) > 1 and choice.series is None:
             volume.notes.append(f"holds {len(names)} images, of which the first is used")
         pixels: Any = _pixels(file, number) if file.is_ome else []
-        choose_channel(volume, choice, [str(part.get("Name") or "") for part in pixels if part.tag.endswith("}Channel")])
+        channels = [str(part.get("Name") or "") for part in pixels if part.tag.endswith("}Channel")]
+        choose_channel(volume, choice, channels)
         if file.is_ome:
             _describe_ome(volume, pixels)
         elif file.is_imagej:
@@ -114,12 +115,12 @@ class _Pages:
         else:
             stored = self.dtype.newbyteorder(self._order)
             offset = self._mapped + number * math.prod(self._stored) * stored.itemsize
-            plane = np.fromfile(self._path, stored, math.prod(self._stored), offset=offset).astype(self.dtype, copy=False)
+            plane = np.fromfile(self._path, stored, math.prod(self._stored), offset=offset)
         plane = plane.reshape(self._stored)
         plane = plane.swapaxes(0, 1) if self.swapped else plane
         plane = plane[::-1] if self._orientation in (3, 4, 7, 8) else plane
         plane = plane[:, ::-1] if self._orientation in (2, 3, 6, 7) else plane
-        return np.asarray(self._white - plane, self.dtype) if self._white else plane
+        return np.asarray(self._white - plane if self._white else plane, self.dtype)
 
 
 def _axes(pages: _Pages, choice: Choice, path: str) -> Tuple[str, bool]:

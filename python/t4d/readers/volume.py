@@ -218,7 +218,8 @@ def axes_of(shape: Sequence[int], named: Sequence[str], choice: Choice, where: s
 
 
 def unknown_axes(said: str, where: str) -> Missing:
-    return Missing(f"has the axes {said}, which do not tell x, y, z, t and c", where, "axes", "ORDER, as in --axes tzyx")
+    said = f"has the axes {said}, which do not tell x, y, z, t and c"
+    return Missing(said, where, "axes", "ORDER, as in --axes tzyx")
 
 
 def natural(name: str) -> List[Tuple[int, int, str]]:

@@ -51,7 +51,7 @@ def _read(path: str, choice: Choice) -> Volume:
         try:
             node = zarr.open(zarr.storage.ZipStore(path, mode="r") if zipped else path, mode="r")
         except (FileNotFoundError, KeyError) as error:  # zarr has exceptions of its own, which are of these
-            raise InvalidInput("has none of zarr.json, .zarray, .zgroup and .zattrs, so it is no Zarr", where) from error
+            raise InvalidInput("has none of zarr.json, .zarray and .zgroup, so it is no Zarr", where) from error
     return of_node(node, where, choice, "" if zipped else path)
 
 
@@ -222,8 +222,8 @@ def _place(volume: Volume, parts: List[Any], units: Dict[str, str], where: str) 
 
 
 def _of_array(array: Any, where: str, choice: Choice, path: str) -> Volume:
-    names = getattr(getattr(array, "metadata", None), "dimension_names", None) or array.attrs.get("_ARRAY_DIMENSIONS") or []
-    named = [str(name or "") for name in names]
+    names = getattr(getattr(array, "metadata", None), "dimension_names", None)  # of version 3
+    named = [str(name or "") for name in names or array.attrs.get("_ARRAY_DIMENSIONS") or []]
     axes, assumed = axes_of(array.shape, named, choice, where)
     volume = Volume(where, array, axes, axes_assumed=assumed)
     choose_channel(volume, choice)
@@ -236,9 +236,10 @@ def _beside(array: Any, names: Sequence[str]) -> Dict[str, Tuple[Any, Dict[str, 
     xarray writes them."""
     found: Dict[str, Tuple[Any, Dict[str, Any]]] = {}
     group = array.path.rpartition("/")[0]
+    zarr = library("zarr", "zarr", "", "Zarr")
     for name in names if array.path else ():
         try:
-            one = library("zarr", "zarr", "", "Zarr").open_array(array.store, path=f"{group}/{name}".strip("/"), mode="r")
+            one = zarr.open_array(array.store, path=f"{group}/{name}".strip("/"), mode="r")
         except Exception:  # there is none
             continue
         if len(one.shape) == 1 and axis_named(name):
