@@ -17,6 +17,8 @@ import sys
 import warnings
 from typing import Any, Dict, List, NoReturn, Optional, Sequence, Tuple
 
+import numpy as np
+
 from t4d import readers
 from t4d.commands import options_of, program
 from t4d.errors import Error
@@ -25,20 +27,19 @@ from t4d.readers.volume import Missing, WrongOption, extension_of, natural
 from t4d.stream import write_stream
 
 _INVALID, _USAGE = 4, 2
-# What the stream leaves to the program; the other parameters of open_frames are the door's.
-_OF_PROGRAM = ("source", "spacing", "origin", "frame_time", "start_time", "times", "length_unit", "time_unit")
-_DOOR = [name for name in inspect.signature(open_frames).parameters if name not in _OF_PROGRAM]
+# What open_frames takes is the door's: a region counts what the file has, and so do times and an origin beside it.
+_DOOR = [name for name in inspect.signature(open_frames).parameters if name != "source"]
 _LEAST_OF_PATTERN = 3  # names
 _PATIENCE = 10  # seconds for the program to clean up
 
 
-def split(words: Sequence[str]) -> Tuple[List[str], Dict[str, List[str]], Dict[str, str]]:
+def split(words: Sequence[str]) -> Tuple[List[str], Dict[str, List[str]], Dict[str, List[str]]]:
     """Inputs, the program's options with their words, and the values of the door's, of the words after weave. How
     many values an option takes is told by the program's description."""
     known = options_of("weave")
     inputs: List[str] = []
     others: Dict[str, List[str]] = {}
-    own: Dict[str, str] = {}
+    own: Dict[str, List[str]] = {}
     left = list(words)
     while left:
         word = left.pop(0)
@@ -57,7 +58,7 @@ def split(words: Sequence[str]) -> Tuple[List[str], Dict[str, List[str]], Dict[s
             while left and len(values) < most and (not values or not _is_option(left[0])):
                 values.append(left.pop(0))
         if long and plain in _DOOR:
-            own[plain] = values[0] if values else ""
+            own[plain] = values
         else:
             others.setdefault(name, []).extend([word, *([] if equals else values)])
     return inputs, others, own
@@ -71,6 +72,22 @@ def _value(options: Dict[str, List[str]], name: str) -> Optional[str]:
     """The first value of an option; None if it is not given."""
     words = options.get(name, [])
     return words[0].partition("=")[2] if words and "=" in words[0] else words[1] if len(words) > 1 else None
+
+
+def _parameters(own: Dict[str, List[str]]) -> Dict[str, Any]:
+    """Of open_frames, by the values of options. Raises ValueError for what is no number."""
+    given: Dict[str, Any] = {name: ",".join(values) for name, values in own.items()}
+    for name in ("spacing", "origin", "times", "frame_time", "start_time"):
+        if name not in given:
+            continue
+        text = given[name]
+        try:
+            begin, end, count = text.split(":") if ":" in text else ("", "", "")
+            numbers = np.linspace(float(begin), float(end), int(count)) if count else [float(n) for n in text.split(",")]
+        except ValueError:
+            raise ValueError(f"--{name.replace('_', '-')}: '{text}' is not a number, or several with commas") from None
+        given[name] = numbers[0] if len(numbers) == 1 and name != "times" else numbers
+    return given
 
 
 def in_order(paths: List[str]) -> Tuple[List[str], List[str]]:
@@ -91,12 +108,11 @@ def is_door(paths: Sequence[str]) -> bool:
     return any(extension_of(path) not in readers.PROGRAM and readers.kind_of(path) for path in paths)
 
 
-def _open(paths: List[str], options: Dict[str, List[str]], own: Dict[str, str]) -> Frames:
+def _open(paths: List[str], options: Dict[str, List[str]], own: Dict[str, List[str]]) -> Frames:
     """The frames as the options of the program need them, which are changed where the frames say what is no data.
     Raises Error and WrongOption."""
     paths, notes = in_order(paths)
-    chosen: Any = own
-    frames = open_frames(paths, **chosen)
+    frames = open_frames(paths, **_parameters(own))
     frames.notes[:0] = notes
     label, outside = _value(options, "--label"), _value(options, "--outside-value")
     if label is not None:
@@ -143,7 +159,7 @@ def _say(text: str) -> None:
     print("t4d: " + text.encode(errors="replace").decode().replace("\n", "\\n"), file=sys.stderr)
 
 
-def weave(inputs: List[str], options: Dict[str, List[str]], own: Dict[str, str]) -> int:
+def weave(inputs: List[str], options: Dict[str, List[str]], own: Dict[str, List[str]]) -> int:
     """The exit code of weave, for inputs of the door."""
     try:
         frames = _open(inputs, options, own)
@@ -201,4 +217,8 @@ def main(words: List[str]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    try:
+        sys.exit(main(sys.argv[1:]))
+    except FileNotFoundError as error:  # of the program
+        _say(str(error))
+        sys.exit(1)

@@ -114,12 +114,28 @@ def test_the_door_feeds_the_program(tiff):
 
 
 def test_options_are_told_apart_by_the_description(tiff):
-    for words in (["--label", "1", "2", "-o", "x.t4d"], ["--label=all", "-ox.t4d"], ["--spacing", "1", "2", "3", "-q"],
+    for words in (["--label", "1", "2", "-o", "x.t4d"], ["--label=all", "-ox.t4d"], ["-q"],
                   ["--iso", "-5", "--body=nut"]):  # fmt: skip
         found = report("weave", tiff, *words)
         assert [word for word in found["words"][2:] if not word.startswith("--body=a")] == words
     assert report("weave", "--axes", "tzyx", "--iso=3", tiff)["header"]["frames"] == 4
     assert report("weave", "--iso=3", "--", tiff)["header"]["frames"] == 4
+
+
+def test_places_and_times_are_those_of_the_file(tiff):
+    """A region does not move anything."""
+    words = ["--spacing", "1", "2", "3", "--origin=10,20,30", "--region", "2:5,:,1:,1:3"]
+    found = report("weave", tiff, "--iso=3", *words, "--times", "0,1,4,9")
+    assert found["words"] == ["weave", "-", "--iso=3", "--body=a"]
+    header = found["header"]
+    assert header["affine"] == [[1, 0, 0, 12], [0, 2, 0, 20], [0, 0, 3, 33]] and header["times"] == [1, 4]
+    assert "unsized" not in header
+    even = report("weave", tiff, "--iso=3", *words, "--frame-time", "0.5", "--start-time", "-1")
+    assert even["header"]["times"] == [-0.5, 0]
+    assert report("weave", tiff, "--iso=3", "--times", "0:9:4")["header"]["times"] == [0, 3, 6, 9]
+    for wrong in (["--times", "a:b:c"], ["--spacing=x"], ["--times=0,1,2,3", "--frame-time=1"], ["--spacing", "1", "2"]):
+        code, out, said = door("weave", tiff, "--iso=3", *wrong)
+        assert code == 2 and out == "" and "t4d: " in said, said
 
 
 def test_a_part_has_the_frames_of_its_steps(tiff):
