@@ -82,8 +82,11 @@ def _parameters(own: Dict[str, List[str]]) -> Dict[str, Any]:
             continue
         text = given[name]
         try:
-            begin, end, count = text.split(":") if ":" in text else ("", "", "")
-            numbers = np.linspace(float(begin), float(end), int(count)) if count else [float(n) for n in text.split(",")]
+            if ":" in text:
+                begin, end, count = text.split(":")
+                numbers = np.linspace(float(begin), float(end), int(count)).tolist()
+            else:
+                numbers = [float(number) for number in text.split(",")]
         except ValueError:
             raise ValueError(f"--{name.replace('_', '-')}: '{text}' is not a number, or several with commas") from None
         given[name] = numbers[0] if len(numbers) == 1 and name != "times" else numbers

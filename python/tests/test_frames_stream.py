@@ -133,7 +133,8 @@ def test_places_and_times_are_those_of_the_file(tiff):
     even = report("weave", tiff, "--iso=3", *words, "--frame-time", "0.5", "--start-time", "-1")
     assert even["header"]["times"] == [-0.5, 0]
     assert report("weave", tiff, "--iso=3", "--times", "0:9:4")["header"]["times"] == [0, 3, 6, 9]
-    for wrong in (["--times", "a:b:c"], ["--spacing=x"], ["--times=0,1,2,3", "--frame-time=1"], ["--spacing", "1", "2"]):
+    both = ["--times=0,1,2,3", "--frame-time=1"]
+    for wrong in (["--times", "a:b:c"], ["--spacing=x"], both, ["--spacing", "1", "2"]):
         code, out, said = door("weave", tiff, "--iso=3", *wrong)
         assert code == 2 and out == "" and "t4d: " in said, said
 
