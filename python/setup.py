@@ -46,7 +46,7 @@ class BinaryDistribution(Distribution):
 version = re.findall(r"#define T4D_VERSION_\w+ ([0-9]+)", (ROOT / "t4d" / "version.h").read_text())
 setup(
     version=".".join(version),
-    packages=["t4d"],
+    packages=["t4d", "t4d.readers"],
     data_files=[("share/t4d/paraview", ["paraview/t4d_reader.py"])],
     cmdclass={"build_py": BuildWithCMake},
     distclass=BinaryDistribution,

@@ -5,9 +5,9 @@
 >>> V, F = mesh.slice(time=2.5)
 >>> t4d.sweep(V, F, "screw-in.json").save("x.t4d")
 
-``sweep`` and ``weave`` make 4D meshes, ``read`` opens files of them, ``collide``, ``envelope`` and
-``resolve`` ask and change motions, ``mend`` repairs solids, and ``verbs`` has all that the program
-can do. Lengths and times are in the units of the mesh.
+``sweep`` and ``weave`` make 4D meshes, ``read`` opens files of them, ``open_frames`` reads volumes over
+time, ``collide``, ``envelope`` and ``resolve`` ask and change motions, ``mend`` repairs solids, and
+``verbs`` has all that the program can do. Lengths and times are in the units of the mesh.
 """
 
 import importlib
@@ -15,6 +15,7 @@ from typing import Any
 
 from t4d import _t4d
 from t4d.errors import Error, Failed, FileError, InvalidInput, Loss, Unsupported, VerbError
+from t4d.frames import Frames, open_frames
 from t4d.mesh import Mesh, Slab, read, sweep, weave
 from t4d.motions import Motion
 from t4d.questions import collide, envelope, mend, resolve
@@ -34,6 +35,7 @@ __all__ = [
     "Error",
     "Failed",
     "FileError",
+    "Frames",
     "InvalidInput",
     "Loss",
     "Mesh",
@@ -45,6 +47,7 @@ __all__ = [
     "collide",
     "envelope",
     "mend",
+    "open_frames",
     "read",
     "read_triangles",
     "resolve",

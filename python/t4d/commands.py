@@ -15,8 +15,8 @@ import sys
 import tempfile
 from pathlib import Path
 from typing import (
-    TYPE_CHECKING, Any, Dict, Iterable, List, Mapping, Optional, Sequence, Set, SupportsFloat, Type, TypeVar, Union,
-    cast, get_args, get_origin, get_type_hints,
+    TYPE_CHECKING, Any, Dict, Iterable, List, Mapping, Optional, Sequence, Set, SupportsFloat, Tuple, Type, TypeVar,
+    Union, cast, get_args, get_origin, get_type_hints,
 )  # fmt: skip
 
 import numpy as np
@@ -248,10 +248,11 @@ def run_words(
     at most, if they are given. Returns its report, or its text. Raises and warns as ``run``."""
     verb = words[0]
     has_json = not text and "json" in options_of(verb)
-    command = [program(), verb, *(["--json"] if has_json else []), *words[1:]]
+    first, environment = _door() if verb == "weave" and _is_door(words[1:], cwd) else ([program()], None)
+    command = [*first, verb, *(["--json"] if has_json else []), *words[1:]]
     with subprocess.Popen(
         command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-        encoding="utf-8", errors="surrogateescape", cwd=cwd,
+        encoding="utf-8", errors="surrogateescape", cwd=cwd, env=environment,
     ) as process:
         _running.add(process)
         if memory:
@@ -283,6 +284,20 @@ def run_words(
         # A hint by itself is about what the result says.
     warn(Loss if code == 3 else UserWarning, notes)
     return json.loads(printed, object_hook=Report) if has_json and printed else printed
+
+
+def _is_door(words: Sequence[str], cwd: Optional[str]) -> bool:
+    from t4d.__main__ import is_door, split
+
+    paths = split(words)[0]
+    return is_door([path if "://" in path else os.path.join(cwd or "", path) for path in paths])
+
+
+def _door() -> Tuple[List[str], Dict[str, str]]:
+    """The command that reads what the program does not, and its environment, in which it is this package."""
+    paths = [str(Path(__file__).absolute().parents[1]), *filter(None, [os.environ.get("PYTHONPATH")])]
+    environment = {**os.environ, "T4D_PROGRAM": program(), "PYTHONPATH": os.pathsep.join(paths)}
+    return [sys.executable, "-m", "t4d"], environment
 
 
 def _limit_memory(pid: int, limit: int) -> None:

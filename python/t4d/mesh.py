@@ -30,6 +30,7 @@ from numpy.typing import ArrayLike, NDArray
 from t4d import _t4d, checks
 from t4d.checks import Numbers, Path
 from t4d.errors import InvalidInput, Loss, about, warn
+from t4d.frames import Frames, is_path, open_frames
 from t4d.motions import Motion, MotionLike
 from t4d.slabs import SlabStream
 from t4d.triangles import TriangleMesh
@@ -690,6 +691,33 @@ def _label(label: SupportsIndex) -> int:
     return checks.whole("label", label, -(2**63), 2**63 - 1)
 
 
+def _affine_of(frames: Frames, spacing: Any, origin: Numbers) -> NDArray[np.float64]:
+    """That of frames, with the edges of voxels and the origin that are given instead."""
+    place = np.eye(4) if frames.affine is None else frames.affine.copy()
+    if np.ndim(spacing) != 0 or spacing != 1:
+        place[:3, :3] *= np.linalg.norm(_place(spacing, (0, 0, 0), None)[:, :3], axis=0) / np.linalg.norm(
+            place[:3, :3], axis=0
+        )
+    if tuple(origin) != (0, 0, 0):
+        place[:3, 3] = checks.numbers("origin", origin, 3)
+    return place
+
+
+def _without_padding(
+    frames: Frames, levelled: bool, label: Any, outside_value: Optional[SupportsFloat]
+) -> Tuple[Frames, Optional[SupportsFloat]]:
+    """The frames and their outside value: NaN where they have samples without data, which for labels have one that
+    is not asked for."""
+    if label is not None and frames.padded:
+        return frames.filled(0 if isinstance(label, str) or not np.any(np.asarray(label) == 0) else -1), outside_value
+    if label is None and not levelled and frames.whole and frames.dtype.kind == "f":
+        raise InvalidInput("the frames have whole numbers as samples: give iso, below or label")
+    if not frames.padded:
+        return frames, outside_value
+    value = math.nan if outside_value is None else checks.number("outside_value", outside_value, holds=lambda _: True)
+    return frames if math.isnan(value) else frames.without(value), math.nan
+
+
 def weave(
     frames: Any,
     *,
@@ -707,11 +735,13 @@ def weave(
     units: Union[None, str, Sequence[str]] = None,
     length_unit: str = "",
     time_unit: str = "",
-    up: str = "y",
+    up: Optional[str] = None,
 ) -> Mesh:
     """The 4D mesh of a time series of volumes (the voxel method, 4D marching cubes).
 
-    ``frames`` is an array (nt, nx, ny, nz), or anything that gives arrays (nx, ny, nz) one by one.
+    ``frames`` is what ``open_frames`` opens, or its path, or several paths: then places, times and units are
+    theirs, except those given here, ``outside_value`` is NaN where they have samples without data, and losses are
+    warned of (``Loss``). Or it is an array (nt, nx, ny, nz), or anything that gives arrays (nx, ny, nz) one by one.
     Arrays of numpy.memmap, h5py, zarr, dask and others that read what is asked for are read frame
     by frame, and two frames are in memory at a time; of an iterator, too, and ``times`` says how
     many it gives. Inside are values above ``iso``, values below ``below``, or whole numbers that
@@ -731,6 +761,19 @@ def weave(
     they are not copied here. What is changed in an array until then, or between two uses, changes
     the mesh; give a copy if it must not. ``.load()`` keeps the mesh as it is now.
     """
+    space = ""
+    if is_path(frames):
+        frames = open_frames(frames)
+    if isinstance(frames, Frames):
+        affine = _affine_of(frames, spacing, origin) if affine is None else affine
+        spacing, origin = 1.0, (0.0, 0.0, 0.0)
+        times = frames.times if times is None else times
+        if units is None:
+            length_unit, time_unit = length_unit or frames.length_unit, time_unit or frames.time_unit
+        space = frames.space
+        warn(Loss, frames.losses)
+        frames, outside_value = _without_padding(frames, iso is not None or below is not None, label, outside_value)
+    upward = up or ("z" if space else "y")  # of a patient, z points up
     if isinstance(frames, np.ndarray):
         frames = checks.array("frames", frames)
     if _is_array(frames):
@@ -738,9 +781,9 @@ def weave(
             raise InvalidInput(
                 f"the frames have the shape {frames.shape}; expected (nt, nx, ny, nz)"
             )
-    elif isinstance(frames, (str, bytes, os.PathLike)) or not hasattr(frames, "__iter__"):
+    elif not hasattr(frames, "__iter__"):
         raise TypeError(
-            f"frames is {frames!r}; expected an array (nt, nx, ny, nz), or arrays one by one"
+            f"frames is {frames!r}; expected a path, t4d.Frames, an array (nt, nx, ny, nz), or arrays one by one"
         )
     count: Optional[int] = None
     if _is_array(frames):
@@ -774,7 +817,7 @@ def weave(
     checks.choice("between", between, ("distance", "midpoint"))
     checks.text("name", name)
     length_unit, time_unit = _units(units, length_unit, time_unit)
-    checks.choice("up", up, ("y", "z"))
+    checks.choice("up", upward, ("y", "z"))
 
     def woven(which: Optional[int], body: str) -> Mesh:
         producer = _t4d.weave_frames(
@@ -797,7 +840,8 @@ def weave(
             "backend": "voxel4d",
             "length_unit": length_unit,
             "time_unit": time_unit,
-            "up": up,
+            "up": upward,
+            "space": space,
             "details": json.dumps({"parameters": parameters}),
         }
         return Mesh._of(producer=producer, name=body, metadata=metadata)

@@ -55,7 +55,7 @@ WRONG = {
         ("up", ["x", None]),
     ],
     "weave": [
-        ("frames", [5, None, "a", Path("a")]),
+        ("frames", [5, None]),
         ("spacing", [0, -1, "a", (1, 2), (1, 2, 0), np.nan, None]),
         ("origin", [(0, 0), 0, "abc", (0, 0, np.inf), None]),
         ("times", [("a", "b"), 5, (0, np.nan)]),

@@ -1,0 +1,55 @@
+"""Frames as a stream that `t4d weave -` reads: a line of JSON, and then each frame as a .npy (docs/frame-stream.md)."""
+
+from __future__ import annotations
+
+import io
+import json
+from concurrent.futures import ThreadPoolExecutor
+from typing import IO, Any, Dict, Optional, Tuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from t4d.frames import Frames
+
+
+def header_of(frames: Frames, part: Optional[Tuple[int, int]] = None) -> Dict[str, Any]:
+    """The members of the header; those that say nothing are left out. ``part`` has the first and the last frame
+    that follow, if not all do."""
+    said = {
+        "format": "t4d-frames", "version": 1, "size": list(frames.size), "frames": len(frames),
+        "times": frames.times, "affine": None if frames.affine is None else frames.affine[:3].tolist(),
+        "unsized": "" if frames.affine is None else frames.unsized, "length_unit": frames.length_unit,
+        "time_unit": frames.time_unit, "space": frames.space, "assumed_axes": frames.assumed_axes,
+        "mask": frames.mask, "names": frames.names, "notes": frames.notes, "losses": frames.losses,
+        "part": None if part is None else list(part),
+    }  # fmt: skip
+    return {name: value for name, value in said.items() if value not in (None, "", False, [])}
+
+
+def write_stream(frames: Frames, file: IO[bytes], part: Optional[Tuple[int, int]] = None) -> None:
+    """Writes the header and the frames, two of which are in memory: the next one is read while one is written.
+    Raises what reading raises, and BrokenPipeError if nobody takes them."""
+    file.write(json.dumps(header_of(frames, part), allow_nan=False).encode() + b"\n")
+    first, last = part or (0, len(frames) - 1)
+    with ThreadPoolExecutor(1) as reader:
+        following = reader.submit(frames.frame, first)
+        for number in range(first, last + 1):
+            frame = following.result()
+            if number < last:
+                following = reader.submit(frames.frame, number + 1)
+            _write_npy(frame, file)
+            del frame
+    file.flush()
+
+
+def _write_npy(array: NDArray[Any], file: IO[bytes]) -> None:
+    """In the order in which the samples are in memory, without a copy of them where they are dense."""
+    fortran = not array.flags.c_contiguous
+    dense: Any = np.asfortranarray(array) if fortran else array
+    npy: Any = np.lib.format
+    begin = io.BytesIO()
+    described = {"descr": npy.dtype_to_descr(dense.dtype), "fortran_order": fortran, "shape": dense.shape}
+    npy.write_array_header_1_0(begin, described)
+    file.write(begin.getvalue())
+    file.write(memoryview(dense.T if fortran else dense).cast("B"))
