@@ -166,10 +166,6 @@ def weave(inputs: List[str], options: Dict[str, List[str]], own: Dict[str, List[
     """The exit code of weave, for inputs of the door."""
     try:
         frames = _open(inputs, options, own)
-        labels = [word for word in options.get("--label", []) if word != "--label"]
-        if "--body" not in options and len(labels) < 2 and not any(word.endswith("all") for word in labels):
-            name = os.path.basename(os.path.normpath(inputs[0]))
-            options["--body"] = [f"--body={re.sub(r'([.]ome)?[.][^.]*$', '', name)}"]
         words = [word for of_option in options.values() for word in of_option]
         return _feed(frames, [program(), "weave", "-", *words], _part(_value(options, "--part") or "", len(frames)))
     except WrongOption as error:

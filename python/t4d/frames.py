@@ -46,6 +46,10 @@ class Frames:
     """Of the files of frames, if each has its own."""
     notes: List[str]
     """What was found, chosen or left out."""
+    name: str = ""
+    """Of the file, the folder or the first of several."""
+    region: Optional[Tuple[List[int], List[int]]] = None
+    """If a part is read: samples that there are along x, y and z, and the first of those that are read."""
 
     def __init__(self, volumes: Sequence[Volume]) -> None:
         """Frames of one volume over time, or of several with a frame each; see ``open_frames``."""
@@ -131,8 +135,9 @@ class Frames:
     def _cut(self, region: str) -> None:
         """Leaves of the frames what the region has; positions and times stay what they are."""
         parts = _region(region, (*self.size, len(self)), self._volumes[0].where)
-        self._box = tuple(parts[:3])
         begin = [part.start for part in parts[:3]]
+        self.region = list(self.size), begin
+        self._box = tuple(parts[:3])
         if any(begin):
             self.affine = np.eye(4) if self.affine is None else self.affine.copy()
             self.affine[:3, 3] += self.affine[:3, :3] @ begin
@@ -178,6 +183,9 @@ def open_frames(
     named = None if dataset is None else checks.text("dataset", dataset)
     which = [_which(name, one) for name, one in (("channel", channel), ("level", level), ("series", series))]
     frames = Frames(_volumes(source, Choice(axes, which[0], which[1], which[2], named)))
+    if is_path(source):
+        first = source[0] if isinstance(source, (list, tuple)) else source
+        frames.name = os.path.basename(os.path.normpath(checks.path_text(first)))
     if spacing is not None or origin is not None:
         _set_place(frames, spacing, origin)
     _set_times(frames, times, frame_time, start_time)

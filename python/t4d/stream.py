@@ -22,7 +22,8 @@ def header_of(frames: Frames, part: Optional[Tuple[int, int]] = None) -> Dict[st
         "unsized": "" if frames.affine is None else frames.unsized, "length_unit": frames.length_unit,
         "time_unit": frames.time_unit, "space": frames.space, "assumed_axes": frames.assumed_axes,
         "mask": frames.mask, "names": frames.names, "notes": frames.notes, "losses": frames.losses,
-        "part": None if part is None else list(part),
+        "part": None if part is None else list(part), "name": frames.name,
+        "region": frames.region and dict(zip(("size", "first"), frames.region)),
     }  # fmt: skip
     return {name: value for name, value in said.items() if value not in (None, "", False, [])}
 

@@ -204,7 +204,8 @@ std::string volumeExtensions() {
 Result<FrameKind> frameKindOf(std::span<const std::string> files) {
   if (files.empty()) return fail(ErrorCode::Options, "no frames are given");
   if (files.size() > 1 && std::ranges::find(files, kStream) != files.end()) {
-    return fail(ErrorCode::Options, "standard input (-) has all frames; no file is given beside it");
+    return fail(ErrorCode::Options,
+                "standard input (-) has all frames; no file is given beside it");
   }
   for (const std::string& file : files) {
     if (auto good = checkFrameFolder(file); !good) return good.error();

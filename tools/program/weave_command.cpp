@@ -345,7 +345,8 @@ void addWeave(CLI::App& app, int& exitCode) {
   command
       ->add_option("FRAMES", options->frames,
                    "Frames: .vdb files or their folder; volumes: " + verbs::volumeExtensions() +
-                       "; - for a stream of frames (docs/frame-stream.md); or, with --voxel-size, triangle meshes: " +
+                       "; - for a stream of frames (docs/frame-stream.md); or, with --voxel-size, "
+                       "triangle meshes: " +
                        formats::readableTriangleMeshExtensions() + ", or a .pvd that lists them")
       ->required();
   command

@@ -28,9 +28,10 @@ using nlohmann::json;
 constexpr const char* kStandardInput = "standard input";
 
 /// Of each member of the header.
-constexpr std::array kMembers = {"format",    "version", "size",  "frames", "times",        "affine",
-                                 "unsized",   "space",   "mask",  "names",  "assumed_axes", "notes",
-                                 "time_unit", "losses",  "name",  "part",   "length_unit",  "region"};
+constexpr std::array kMembers = {"format",       "version",     "size",      "frames", "times",
+                                 "affine",       "unsized",     "space",     "mask",   "names",
+                                 "assumed_axes", "notes",       "time_unit", "losses", "name",
+                                 "part",         "length_unit", "region"};
 
 /// What is wrong with the header, which an exception carries within this file.
 struct Fault {
@@ -142,8 +143,8 @@ void placeSamples(const json& header, Volume& volume) {
     }
     const std::size_t axis = volume.axes[i] - 'x';
     if (first[axis] + volume.sizes[i] > size[axis]) {
-      throw Fault{fmt::format("'region' has no {} samples along {}", volume.sizes[i],
-                              volume.axes[i])};
+      throw Fault{
+          fmt::format("'region' has no {} samples along {}", volume.sizes[i], volume.axes[i])};
     }
     volume.stored.push_back({size[axis], first[axis]});
     // The affine is of the first sample that follows.
@@ -176,10 +177,11 @@ class FrameReader : public SampleReader {
   }
   Result<void> read(std::span<std::byte> into) override {
     if (next_ > wanted_) {
-      return invalid(fmt::format("begins with frame {}, but frame {} is needed: it has another part "
-                                 "of the frames",
-                                 next_, wanted_),
-                     where_);
+      return invalid(
+          fmt::format("begins with frame {}, but frame {} is needed: it has another part "
+                      "of the frames",
+                      next_, wanted_),
+          where_);
     }
     for (;; ++next_) {
       if (auto begun = begin(); !begun) return begun;
@@ -201,9 +203,7 @@ class FrameReader : public SampleReader {
   }
 
  private:
-  Error cutOff() const {
-    return invalid(fmt::format("ends within frame {}", next_), where_);
-  }
+  Error cutOff() const { return invalid(fmt::format("ends within frame {}", next_), where_); }
 
   /// Reads the .npy header of the next frame, unless that was done.
   Result<void> begin() {
@@ -237,9 +237,9 @@ Result<std::string> readLine(InputBytes& input) {
     if (next[0] == std::byte{'\n'}) return line;
     line += static_cast<char>(next[0]);
   }
-  return invalid(line.empty() ? "is empty"
-                              : "its first line is not the header of a stream of frames (JSON)",
-                 kStandardInput);
+  return invalid(
+      line.empty() ? "is empty" : "its first line is not the header of a stream of frames (JSON)",
+      kStandardInput);
 }
 
 /// What the header says; `first` is the first frame that follows.
@@ -369,9 +369,8 @@ Result<Volume> readFrameStream(std::shared_ptr<InputBytes> input) {
     const auto bytes = bytesOfSamples(volume);
     if (!bytes) return bytes.error();
     SampleData data{.path = volume.where, .encoding = SampleEncoding::Stream};
-    data.stream =
-        std::make_shared<FrameReader>(std::move(input), std::move(*samples), volume.where,
-                                      *bytes / volume.frames(), first);
+    data.stream = std::make_shared<FrameReader>(std::move(input), std::move(*samples), volume.where,
+                                                *bytes / volume.frames(), first);
     volume.data = {std::move(data)};
     return volume;
   } catch (const Fault& fault) {

@@ -24,7 +24,7 @@ struct NpyArray {
 
 /// Reads the header of a .npy file, of versions 1 to 3 (numpy.lib.format). `read` sets bytes to
 /// those that follow and returns how many there are.
-Result<NpyArray> readNpyArray(
-    const std::function<Result<std::size_t>(std::span<std::byte>)>& read, const Place& where);
+Result<NpyArray> readNpyArray(const std::function<Result<std::size_t>(std::span<std::byte>)>& read,
+                              const Place& where);
 
 }  // namespace t4d::voxel4d

@@ -36,8 +36,8 @@ std::optional<SampleType> typeOf(std::string_view descr) {
 
 }  // namespace
 
-Result<NpyArray> readNpyArray(
-    const std::function<Result<std::size_t>(std::span<std::byte>)>& read, const Place& where) {
+Result<NpyArray> readNpyArray(const std::function<Result<std::size_t>(std::span<std::byte>)>& read,
+                              const Place& where) {
   const auto fill = [&](std::span<char> into) -> Result<void> {
     const auto got = read(std::as_writable_bytes(into));
     if (!got) return got.error();
