@@ -11,10 +11,8 @@ set(T4D_PRECOMPILED_library_o2 ${T4D_PRECOMPILED_library})
 set(T4D_PRECOMPILED_tools ${T4D_PRECOMPILED_library} <CLI/CLI.hpp> <nlohmann/json.hpp>)
 set(T4D_PRECOMPILED_tests ${T4D_PRECOMPILED_library} <fstream> <sstream>
   <gmock/gmock.h> <gtest/gtest.h> <nlohmann/json.hpp>)
-set(T4D_PRECOMPILED_openvdb ${T4D_PRECOMPILED_library}
-  ${PROJECT_SOURCE_DIR}/t4d/voxel4d/openvdb_grids.h)
-set(T4D_PRECOMPILED_openvdb_tests ${T4D_PRECOMPILED_tests}
-  ${PROJECT_SOURCE_DIR}/t4d/voxel4d/openvdb_grids.h)
+set(T4D_PRECOMPILED_openvdb ${T4D_PRECOMPILED_library} <openvdb/openvdb.h>)
+set(T4D_PRECOMPILED_openvdb_tests ${T4D_PRECOMPILED_tests} <openvdb/openvdb.h>)
 
 # t4d_precompile(<target> <set>): precompiles the headers of a set above, shared with the other
 # targets that use the set.

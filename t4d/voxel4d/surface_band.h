@@ -1,7 +1,8 @@
 #pragma once
 
+#include <openvdb/openvdb.h>
+
 #include "t4d/model/error.h"
-#include "t4d/voxel4d/openvdb_grids.h"
 #include "t4d/voxel4d/velocity.h"
 
 namespace t4d::voxel4d {

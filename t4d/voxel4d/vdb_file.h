@@ -7,8 +7,9 @@
 #include <string>
 #include <vector>
 
+#include <openvdb/openvdb.h>
+
 #include "t4d/model/error.h"
-#include "t4d/voxel4d/openvdb_grids.h"
 #include "t4d/voxel4d/vdb_grid.h"
 #include "t4d/voxel4d/vdb_stream.h"
 #include "t4d/voxel4d/vdb_tree.h"

@@ -7,12 +7,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <openvdb/io/Stream.h>
+#include <openvdb/openvdb.h>
 #include <openvdb/tools/LevelSetSphere.h>
 #include <tbb/global_control.h>
 
 #include "t4d/system/test_folder.h"
 #include "t4d/voxel4d/natural_order.h"
-#include "t4d/voxel4d/openvdb_grids.h"
 #include "t4d/voxel4d/weave.h"
 
 namespace t4d::voxel4d {

@@ -3,10 +3,11 @@
 #include <optional>
 #include <string>
 
+#include <openvdb/openvdb.h>
+
 #include "t4d/model/triangle_mesh.h"
 #include "t4d/voxel4d/frame.h"
 #include "t4d/voxel4d/occupancy.h"
-#include "t4d/voxel4d/openvdb_grids.h"
 
 /// Conversion between OpenVDB grids and frames. For the sources of this folder only: public headers
 /// do not include OpenVDB.

@@ -4,8 +4,8 @@
 
 #include <fmt/format.h>
 #include <openvdb/io/Stream.h>
+#include <openvdb/openvdb.h>
 
-#include "t4d/voxel4d/openvdb_grids.h"
 #include "t4d/voxel4d/vdb_frames.h"
 #include "t4d/voxel4d/vdb_grid.h"
 

@@ -4,11 +4,12 @@
 #include <string>
 #include <vector>
 
+#include <openvdb/openvdb.h>
+
 #include "t4d/model/error.h"
 #include "t4d/model/part.h"
 #include "t4d/system/cleanup.h"
 #include "t4d/system/part_file.h"
-#include "t4d/voxel4d/openvdb_grids.h"
 
 namespace t4d::voxel4d {
 

@@ -5,9 +5,10 @@
 #include <optional>
 #include <string>
 
+#include <openvdb/openvdb.h>
+
 #include "t4d/voxel4d/frame.h"
 #include "t4d/voxel4d/frame_file.h"
-#include "t4d/voxel4d/openvdb_grids.h"
 #include "t4d/voxel4d/vdb_stream.h"
 
 namespace t4d::voxel4d {
