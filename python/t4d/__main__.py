@@ -22,7 +22,7 @@ import numpy as np
 from t4d import readers
 from t4d.commands import options_of, program
 from t4d.errors import Error
-from t4d.frames import Frames, open_frames
+from t4d.frames import MOST_FRAMES, Frames, open_frames
 from t4d.readers.volume import Missing, WrongOption, extension_of, natural
 from t4d.stream import write_stream
 
@@ -43,6 +43,9 @@ def split(words: Sequence[str]) -> Tuple[List[str], Dict[str, List[str]], Dict[s
     left = list(words)
     while left:
         word = left.pop(0)
+        if re.match(r"-[a-zA-Z].", word) and known.get(word[1], {"value": ""})["value"] is None:
+            left.insert(0, "-" + word[2:])  # short options in one word
+            word = word[:2]
         if word == "--":
             return [*inputs, *left], others, own
         if not _is_option(word):
@@ -55,13 +58,20 @@ def split(words: Sequence[str]) -> Tuple[List[str], Dict[str, List[str]], Dict[s
         values = [value] if equals else []
         if option["value"] is not None and not equals:
             most = len(left) if option["repeats"] else len(option["value"].split())
-            while left and len(values) < most and (not values or not _is_option(left[0])):
+            own_word = long and plain in _DOOR
+            while left and len(values) < most and not ((values or own_word) and _is_option(left[0])):
                 values.append(left.pop(0))
         if long and plain in _DOOR:
-            own[plain] = values
+            own.setdefault(plain, []).append(",".join(values))
         else:
             others.setdefault(name, []).extend([word, *([] if equals else values)])
     return inputs, others, own
+
+
+def _unknown(options: Dict[str, List[str]]) -> bool:
+    """Whether the program does not know one of these; it says so itself."""
+    known = options_of("weave")
+    return any(name.lstrip("-").replace("-", "_") not in known for name in options)
 
 
 def _is_option(word: str) -> bool:
@@ -76,7 +86,12 @@ def _value(options: Dict[str, List[str]], name: str) -> Optional[str]:
 
 def _parameters(own: Dict[str, List[str]]) -> Dict[str, Any]:
     """Of open_frames, by the values of options. Raises ValueError for what is no number."""
-    given: Dict[str, Any] = {name: ",".join(values) for name, values in own.items()}
+    given: Dict[str, Any] = {}
+    for name, words in own.items():
+        if len(words) > 1 or not words[0]:
+            option = f"--{name.replace('_', '-')}"
+            raise ValueError(f"{option} is given {len(words)} times" if words[0] else f"{option} has no value")
+        given[name] = words[0]
     for name in ("spacing", "origin", "times", "frame_time", "start_time"):
         if name not in given:
             continue
@@ -84,11 +99,14 @@ def _parameters(own: Dict[str, List[str]]) -> Dict[str, Any]:
         try:
             if ":" in text:
                 begin, end, count = text.split(":")
+                if not 1 <= int(count) <= MOST_FRAMES:
+                    raise ValueError
                 numbers = np.linspace(float(begin), float(end), int(count)).tolist()
             else:
                 numbers = [float(number) for number in text.split(",")]
         except ValueError:
-            raise ValueError(f"--{name.replace('_', '-')}: '{text}' is not a number, or several with commas") from None
+            said = f"is not a number, several with commas, or A:B:N with N from 1 to {MOST_FRAMES}"
+            raise ValueError(f"--{name.replace('_', '-')}: '{text}' {said}") from None
         given[name] = numbers[0] if len(numbers) == 1 and name != "times" else numbers
     return given
 
@@ -108,7 +126,7 @@ def in_order(paths: List[str]) -> Tuple[List[str], List[str]]:
 
 def is_door(paths: Sequence[str]) -> bool:
     """Whether one of the inputs is for a reader of Python, and not for the program."""
-    return any(extension_of(path) not in readers.PROGRAM and readers.kind_of(path) for path in paths)
+    return "-" not in paths and any(extension_of(path) not in readers.PROGRAM and readers.kind_of(path) for path in paths)
 
 
 def _open(paths: List[str], options: Dict[str, List[str]], own: Dict[str, List[str]]) -> Frames:
@@ -165,9 +183,15 @@ def _say(text: str) -> None:
 def weave(inputs: List[str], options: Dict[str, List[str]], own: Dict[str, List[str]]) -> int:
     """The exit code of weave, for inputs of the door."""
     try:
+        for option in ("axes", "spacing", "origin", "region"):
+            if option in own and "--velocity-file" in options:
+                raise WrongOption(option, "is not for files of velocities, which the program reads: leave it out, or "
+                                  "use t4d weave")  # fmt: skip
         frames = _open(inputs, options, own)
         words = [word for of_option in options.values() for word in of_option]
-        return _feed(frames, [program(), "weave", "-", *words], _part(_value(options, "--part") or "", len(frames)))
+        every = any(word.endswith("all") for word in options.get("--label", []))  # are looked for in all frames
+        part = None if every else _part(_value(options, "--part") or "", len(frames))
+        return _feed(frames, [program(), "weave", "-", *words], part)
     except WrongOption as error:
         _say(f"--{error.option.replace('_', '-')} {error.reason}")
         return _USAGE
@@ -199,7 +223,7 @@ def main(words: List[str]) -> int:
         return _help()
     if words[:1] == ["weave"] and not {"-h", "--help"} & set(words):
         given = split(words[1:])
-        if is_door(given[0]):
+        if is_door(given[0]) and not _unknown(given[1]):
             signal.signal(signal.SIGTERM, _terminate)
             logging.disable()  # libraries say in their own way what an error or a note says
             warnings.simplefilter("ignore")
@@ -208,7 +232,8 @@ def main(words: List[str]) -> int:
             except KeyboardInterrupt:
                 code = -signal.SIGINT
             if code < 0:  # ends as the program did
-                signal.signal(-code, signal.SIG_DFL)
+                if code != -signal.SIGKILL:
+                    signal.signal(-code, signal.SIG_DFL)
                 os.kill(os.getpid(), -code)
             return code
     sys.stdout.flush()

@@ -22,6 +22,7 @@ from t4d.checks import Numbers
 from t4d.errors import InvalidInput, Unsupported
 from t4d.readers.volume import Choice, Volume, WrongOption, usable
 
+MOST_FRAMES = 1_000_000
 _SAME_PLACE = 1e-3  # of a voxel
 
 
@@ -56,6 +57,8 @@ class Frames:
         first = volumes[0]
         if min(first.size(axis) for axis in "xyzt") < 1:
             raise InvalidInput("has no samples", first.where)
+        if first.size("t") > MOST_FRAMES:
+            raise InvalidInput(f"has {first.size('t')} frames; at most {MOST_FRAMES} are allowed", first.where)
         for volume in volumes[1:]:
             _check_alike(volume, first)
         several = len(volumes) > 1

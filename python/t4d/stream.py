@@ -31,23 +31,25 @@ def header_of(frames: Frames, part: Optional[Tuple[int, int]] = None) -> Dict[st
 def write_stream(frames: Frames, file: IO[bytes], part: Optional[Tuple[int, int]] = None) -> None:
     """Writes the header and the frames, two of which are in memory: the next one is read while one is written.
     Raises what reading raises, and BrokenPipeError if nobody takes them."""
-    file.write(json.dumps(header_of(frames, part), allow_nan=False).encode() + b"\n")
+    head = json.dumps(header_of(frames, part), allow_nan=False, ensure_ascii=False)
+    file.write(head.encode(errors="replace") + b"\n")  # names may not be UTF-8
     first, last = part or (0, len(frames) - 1)
+    fortran: Optional[bool] = None
     with ThreadPoolExecutor(1) as reader:
         following = reader.submit(frames.frame, first)
         for number in range(first, last + 1):
             frame = following.result()
             if number < last:
                 following = reader.submit(frames.frame, number + 1)
-            _write_npy(frame, file)
+            fortran = not frame.flags.c_contiguous if fortran is None else fortran
+            _write_npy(frame, file, fortran)
             del frame
     file.flush()
 
 
-def _write_npy(array: NDArray[Any], file: IO[bytes]) -> None:
-    """In the order in which the samples are in memory, without a copy of them where they are dense."""
-    fortran = not array.flags.c_contiguous
-    dense: Any = np.asfortranarray(array) if fortran else array
+def _write_npy(array: NDArray[Any], file: IO[bytes], fortran: bool) -> None:
+    """In one order for all frames; without a copy of samples that are in memory in this order."""
+    dense: Any = np.asfortranarray(array) if fortran else np.ascontiguousarray(array)
     npy: Any = np.lib.format
     begin = io.BytesIO()
     described = {"descr": npy.dtype_to_descr(dense.dtype), "fortran_order": fortran, "shape": dense.shape}

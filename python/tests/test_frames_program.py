@@ -138,6 +138,8 @@ WRONG = {
     "a short affine": dict(affine=[[1, 0, 0], [0, 1, 0], [0, 0, 1]]),
     "another space": dict(space="XYZ"),
     "a mask of text": dict(mask="yes"),
+    "a mask of floats": dict(mask=True),
+    "lists in lists": dict(notes=[[[["a"]]]]),
     "fewer names": dict(names=["a"]),
     "names that are none": dict(names=[1, 2, 3, 4]),
     "a part": dict(part=[1, 3]),
@@ -166,6 +168,8 @@ def test_a_damaged_stream_is_refused(tmp_path):
         stream + b"x",
         head.replace(b'"version": 1', b'"version": 1, "version": 1') + b"\n" + samples,
         b"\xff\xfe" + stream,
+        b"[" * 10_000_000 + b"\n",
+        stream_of(FRAMES, part=[0, 1]),
         head + b"\n" + samples[:frame] + samples[: frame - 1],
         head + b"\n" + samples[:frame] + stream_of(FRAMES.astype(np.float64)).split(b"\n", 1)[1],
         head + b"\n" + samples.replace(b"NUMPY\x01", b"NUMPY\x09"),
@@ -208,3 +212,55 @@ def test_the_module_feeds_the_program(tmp_path):
     wrong = subprocess.run([sys.executable, "-m", "t4d", "weave", tmp_path / "a.ome.tif", "--axes", "q"],
                            capture_output=True, text=True, timeout=60)  # fmt: skip
     assert wrong.returncode in (2, 4) and wrong.stderr.startswith("t4d: ")
+
+
+def module(*words):
+    """The exit code and what is said of ``python3 -m t4d``."""
+    done = subprocess.run([sys.executable, "-m", "t4d", *map(os.fspath, words)], capture_output=True, timeout=60)
+    return done.returncode, os.fsdecode(done.stderr)
+
+
+@pytest.fixture
+def array(tmp_path):
+    """A file that only the module reads."""
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["a"] = LABELS
+    return tmp_path / "a.h5"
+
+
+def test_parts_of_all_labels_are_found_in_all_frames(tmp_path, array):
+    for number in "12":
+        assert module("weave", array, "--label", "all", "--part", f"{number}/2", "-o", tmp_path / f"{number}.t4d")[0] == 0
+    assert module("weave", array, "--label", "all", "-o", tmp_path / "all.t4d")[0] == 0
+    joined = [BUILD / "t4d", "join", tmp_path / "1.t4d", tmp_path / "2.t4d", "-o", tmp_path / "joined.t4d"]
+    subprocess.run(joined, check=True, stdout=subprocess.DEVNULL)
+    assert same(tmp_path / "joined.t4d", tmp_path / "all.t4d")
+
+
+def test_words_are_those_of_the_program(tmp_path, array):
+    out = tmp_path / "o.t4d"
+    assert module("weave", array, "--iso", "1", "-qo", out)[0] == 0 and out.exists()
+    for words, expected in [
+        (["--isso", "3"], "did you mean --iso"),
+        (["--frame-time", "1", "--frame-time", "2"], "--frame-time is given 2 times"),
+        (["--region"], "--region has no value"),
+        (["--times", "0:6:2000000000"], "N from 1 to 1000000"),
+        (["-"], "standard input (-) has all frames"),
+        (["--axes", "tzyx", "--velocity-file", "u.npy", "v.npy", "w.npy"], "--axes is not for files of velocities"),
+    ]:
+        code, said = module("weave", array, *words, "-o", tmp_path / "x.t4d")
+        assert code == 2 and expected in said and "Traceback" not in said, said
+
+
+def test_what_is_no_file_is_refused(tmp_path, array):
+    os.mkfifo(tmp_path / "pipe.h5")
+    assert module("weave", tmp_path / "pipe.h5", "--iso", "1", "-o", tmp_path / "x.t4d") == (
+        4, f"t4d: {tmp_path}/pipe.h5: is not a regular file\n")  # fmt: skip
+    code, said = module("weave", tmp_path / "none.mha", "--iso", "1", "-o", tmp_path / "x.t4d")
+    assert code == 4 and "No such file" in said
+    strange = os.fsencode(tmp_path) + b"/\xff.h5"
+    os.rename(array, strange)
+    assert module("weave", strange, "--iso", "1", "-o", tmp_path / "x.t4d")[0] == 0
+    code, said = module("weave", os.fsencode(tmp_path) + b"/\xff.mha", "--iso", "1", "-o", tmp_path / "x.t4d")
+    assert code == 4 and "No such file" in said

@@ -75,6 +75,8 @@ std::string exportHintFor(const std::string& extension) {
        "cache (.pc2, .mdd) beside an .obj"},
       {{".step", ".stp", ".iges", ".igs", ".brep", ".fcstd"},
        "it is a CAD model; in FreeCAD, mesh it and export it as .stl, .obj or .ply"},
+      {{".h5", ".hdf5", ".mha", ".mhd", ".mgz", ".mnc", ".vti"},
+       "it is a volume; python3 -m t4d weave reads it, with the options of t4d weave"},
       {{".3mf", ".amf"}, "a program for 3D printing (a slicer) exports it as .stl"},
       {{".ma", ".mb", ".max", ".c4d", ".hip", ".lwo", ".3dm", ".skp"},
        "export it as glTF 2.0 (.glb), .fbx or .obj in the program that made it"}};

@@ -36,7 +36,7 @@ def kind_of(path: str) -> str:
     if extension_of(path) == ".pvd":
         return "volumes of VTK" if vtk.lists_volumes(path) else ""
     kinds_of = (kind for kind, (_, extensions) in _KINDS.items() if extension_of(path) in extensions)
-    return next(kinds_of, "DICOM" if dicom.has_signature(path) else "")
+    return next(kinds_of, "") or ("DICOM" if os.path.isfile(path) and dicom.has_signature(path) else "")
 
 
 def _files(folder: str) -> List[str]:
@@ -54,6 +54,10 @@ def read(paths: Sequence[str], choice: Choice) -> List[Volume]:
             raise _unknown(path)
         if own != kind:
             raise InvalidInput(f"{paths[0]} and {path} are not of one kind; give files of one format")
+        if "://" not in path and not os.path.exists(path):
+            raise FileError(os.strerror(2), path)
+        if "://" not in path and not os.path.isdir(path) and not os.path.isfile(path):
+            raise InvalidInput("is not a regular file", path)
     module = _KINDS[kind][0]
     choice.allow(module.OPTIONS, kind)
     notes = []

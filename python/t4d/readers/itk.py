@@ -30,6 +30,8 @@ def _read(path: str) -> Volume:
                 return of_nibabel(library("nibabel", "itk", path, "a medical image").load(path), path)
             except Unsupported:
                 pass  # SimpleITK reads most of them, too
+        if path != path.encode(errors="replace").decode():  # ends the process there
+            raise InvalidInput("has a name that is not UTF-8, with which SimpleITK cannot open it", path)
         sitk = library("SimpleITK", "itk", path, "a medical image")
         reader = sitk.ImageFileReader()
         reader.SetFileName(path)

@@ -66,7 +66,10 @@ class _Pages:
         self.key = key = series.keyframe
         self._path = path
         self.notes: List[str] = []
-        self.all_letters, self.all_sizes = str(series.get_axes(False)).lower(), series.get_shape(False)
+        # Of one plane, too; until version 2026.11 behind functions.
+        whole = hasattr(series, "get_axes")
+        self.all_letters = str(series.get_axes(False) if whole else series.axes).lower()
+        self.all_sizes = series.get_shape(False) if whole else series.shape
         several = [(a, int(n)) for a, n in zip(self.all_letters, self.all_sizes) if n > 1 or a in "yx"]
         self.letters = "".join(axis for axis, _ in several)
         if not self.letters.endswith(("yx", "yxs")):

@@ -98,8 +98,12 @@ std::array<std::uint64_t, 3> counts(const json& value, const std::string& name,
 json parse(const std::string& line) {
   std::vector<std::set<std::string>> keys;  // of each object that is open
   std::string twice;
-  const auto look = [&](int, json::parse_event_t event, json& parsed) {
+  const auto look = [&](int depth, json::parse_event_t event, json& parsed) {
     using Event = json::parse_event_t;
+    constexpr int kDeepest = 2;  // the rows of the affine
+    if (depth > kDeepest && (event == Event::object_start || event == Event::array_start)) {
+      throw Fault{"its first line has members within members that no header has"};
+    }
     if (event == Event::object_start) keys.emplace_back();
     if (event == Event::object_end) keys.pop_back();
     if (event == Event::key && !keys.back().insert(parsed.get<std::string>()).second) {
@@ -163,13 +167,13 @@ class FrameReader : public SampleReader {
  public:
   /// The next frame is `first`, whose .npy header has been read.
   FrameReader(std::shared_ptr<InputBytes> input, NpyArray array, std::string where,
-              std::uint64_t frameBytes, std::uint64_t first)
+              std::uint64_t frameBytes, std::uint64_t first, std::uint64_t last)
       : input_(std::move(input)),
         array_(std::move(array)),
         where_(std::move(where)),
         frameBytes_(frameBytes),
         next_(first),
-        wanted_(0) {}
+        last_(last) {}
 
   Result<void> skip(std::uint64_t bytes) override {
     wanted_ += bytes / frameBytes_;
@@ -182,6 +186,12 @@ class FrameReader : public SampleReader {
                       "of the frames",
                       next_, wanted_),
           where_);
+    }
+    if (wanted_ > last_) {
+      return invalid(fmt::format("ends with frame {}, but frame {} is needed: it has another part "
+                                 "of the frames",
+                                 last_, wanted_),
+                     where_);
     }
     for (;; ++next_) {
       if (auto begun = begin(); !begun) return begun;
@@ -221,14 +231,15 @@ class FrameReader : public SampleReader {
   NpyArray array_;
   std::string where_;
   std::uint64_t frameBytes_;
-  std::uint64_t next_;
-  std::uint64_t wanted_;
+  std::uint64_t next_;        // that follows
+  std::uint64_t last_;        // that follows
+  std::uint64_t wanted_ = 0;  // by the next request
   bool begun_ = true;
 };
 
 /// The first line, without its end.
 Result<std::string> readLine(InputBytes& input) {
-  constexpr std::size_t kLongest = std::size_t{1} << 26U;
+  constexpr std::size_t kLongest = std::size_t{1} << 25U;
   std::string line;
   for (std::array<std::byte, 1> next{}; line.size() <= kLongest;) {
     const auto got = input.read(next);
@@ -262,6 +273,11 @@ Volume volumeOf(const json& header, const NpyArray& samples, std::uint64_t first
     for (const json& time : array(header["times"], "times", frames)) {
       volume.times.push_back(number(time, "times"));
     }
+    for (std::size_t i = 1; i < volume.times.size(); ++i) {
+      if (volume.times[i] > volume.times[i - 1]) continue;
+      throw Fault{fmt::format("times do not increase: frame {} is at {}, the one before at {}", i,
+                              volume.times[i], volume.times[i - 1])};
+    }
     volume.startTime = volume.times.front();
   }
   volume.lengthUnit = text(header, "length_unit");
@@ -273,6 +289,10 @@ Volume volumeOf(const json& header, const NpyArray& samples, std::uint64_t first
   const json mask = header.value("mask", json(false));
   if (!mask.is_boolean()) throw Fault{"'mask' is neither true nor false"};
   volume.mask = mask.get<bool>();
+  if (volume.mask && sizeOf(volume.type) > 1) {
+    throw Fault{fmt::format("'mask' is true, but samples are {}; those of masks have one byte",
+                            nameOf(volume.type))};
+  }
   volume.frameNames = texts(header, "names", frames);
   volume.assumedAxes = fmt::format("{}", fmt::join(texts(header, "assumed_axes"), ", "));
   volume.notes = texts(header, "notes");
@@ -355,13 +375,13 @@ Result<Volume> readFrameStream(std::shared_ptr<InputBytes> input) {
     if (text(header, "format") != "t4d-frames" || require(header, "version") != 1) {
       throw Fault{"is not a stream of frames of version 1: its 'format' and 'version' are others"};
     }
+    const std::uint64_t frames = count(require(header, "frames"), "frames", 1);
     std::uint64_t first = 0;
+    std::uint64_t last = frames - 1;
     if (header.contains("part")) {
       first = count(array(header["part"], "part", 2)[0], "part", 0);
-      const std::uint64_t last = count(header["part"][1], "part", first);
-      if (last >= count(require(header, "frames"), "frames", 1)) {
-        throw Fault{"'part' goes beyond the last frame"};
-      }
+      last = count(header["part"][1], "part", first);
+      if (last >= frames) throw Fault{"'part' goes beyond the last frame"};
     }
     auto samples = readArray(*input, kStandardInput, first);
     if (!samples) return samples.error();
@@ -370,7 +390,7 @@ Result<Volume> readFrameStream(std::shared_ptr<InputBytes> input) {
     if (!bytes) return bytes.error();
     SampleData data{.path = volume.where, .encoding = SampleEncoding::Stream};
     data.stream = std::make_shared<FrameReader>(std::move(input), std::move(*samples), volume.where,
-                                                *bytes / volume.frames(), first);
+                                                *bytes / volume.frames(), first, last);
     volume.data = {std::move(data)};
     return volume;
   } catch (const Fault& fault) {
