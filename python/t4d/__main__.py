@@ -101,7 +101,7 @@ def _parameters(own: Dict[str, List[str]]) -> Dict[str, Any]:
                 begin, end, count = text.split(":")
                 if not 1 <= int(count) <= MOST_FRAMES:
                     raise ValueError
-                numbers = np.linspace(float(begin), float(end), int(count)).tolist()
+                numbers = [float(time) for time in np.linspace(float(begin), float(end), int(count))]
             else:
                 numbers = [float(number) for number in text.split(",")]
         except ValueError:

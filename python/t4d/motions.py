@@ -70,7 +70,7 @@ class Motion(Unchanging):
                 f"times {times.shape}, positions {positions.shape}, quaternions {quaternions.shape}: "
                 "expected (n,), (n, 3) and (n, 4)"
             )
-        return cls._of(_t4d.join_poses(times.tolist(), positions, quaternions))
+        return cls._of(_t4d.join_poses([float(time) for time in times], positions, quaternions))
 
     @classmethod
     def from_matrices(cls, times: ArrayLike, matrices: ArrayLike) -> Motion:

@@ -1,5 +1,7 @@
 #include "t4d/conformance/answers.h"
 
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <optional>
@@ -348,7 +350,12 @@ Result<Answer> sliceFile(const std::filesystem::path& path, const slice::Hyperpl
   return sliceBy(bodiesOf(*reader), hyperplane);
 }
 
-std::string hexFloat(double number) { return fmt::format("{:a}", number); }
+std::string hexFloat(double number) {
+  std::array<char, 32> digits{};
+  const auto end =
+      std::to_chars(digits.begin(), digits.end(), std::abs(number), std::chars_format::hex).ptr;
+  return (std::signbit(number) ? "-0x" : "0x") + std::string(digits.begin(), end);
+}
 
 std::vector<std::string> differences(const Answer& expected, const std::string& actual) {
   const ordered_json within = ordered_json::parse(expected.within);

@@ -79,7 +79,7 @@ def of_array(array: Any, where: str, choice: Choice, stored: Any = None) -> Volu
     for axis, count, scale in zip(axes, array.shape, scales):
         # Dimensions of NetCDF without values are only names.
         named = scale is None or text_of(scale.attrs.get("NAME")).startswith("This is a netCDF dimension but not")
-        if not named and scale.shape == (count,):
+        if scale is not None and not named and scale.shape == (count,):
             found[axis] = scale[:], dict(scale.attrs)
     coordinates_of(volume, attributes, found)
     sizes = np.ravel(attributes.get("element_size_um", ()))  # of Fiji, (z, y, x)

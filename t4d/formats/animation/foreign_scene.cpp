@@ -168,13 +168,12 @@ class GlbConverter {
     return value;
   }
 
+  bool isFbx() const { return lowerCaseExtension(file_.path) == ".fbx"; }
+
   /// COLLADA's axes and units are in the root node already; FBX has them beside the scene.
   Result<json> rootTransform() {
     aiMatrix4x4 transform;
-    if (lowerCaseExtension(file_.path) != ".fbx") return matrixOf(transform);
-    if (!scene_.mRootNode->mTransformation.IsIdentity()) {
-      return refuse("Assimp has turned or scaled the scene by itself, as version 5.2 does not");
-    }
+    if (!isFbx()) return matrixOf(transform);
     // Of x, y and z in glTF.
     const std::array<std::pair<const char*, int>, 3> axes = {
         std::pair{"CoordAxis", 0}, {"UpAxis", 1}, {"FrontAxis", 2}};
@@ -352,7 +351,9 @@ class GlbConverter {
       made["children"].push_back(numberOf_.at(node.mChildren[i]));
     }
     if (!animated_.contains(&node)) {
-      made["matrix"] = matrixOf(node.mTransformation);
+      // That of FBX's root is of Assimp, which turns the scene from version 5.3 on.
+      const bool isOfAssimp = &node == scene_.mRootNode && isFbx();
+      made["matrix"] = matrixOf(isOfAssimp ? aiMatrix4x4() : node.mTransformation);
     } else {
       aiVector3D scale;
       aiQuaternion turn;

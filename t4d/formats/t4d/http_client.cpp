@@ -222,11 +222,12 @@ Result<void> HttpClient::request(Answer& answer, const std::string& range,
     curl_easy_getinfo(curl, CURLINFO_REDIRECT_COUNT, &redirects);
     requests_ += 1 + static_cast<std::uint64_t>(redirects);
     bytesReceived_ += answer.body.size();
-    // libcurl puts a line together before it passes it on. If that gets too long, it says that
-    // memory is out, once an answer has begun.
+    // libcurl puts a line together before it passes it on. If that gets too long, it says so from
+    // version 8.6 on, and before that memory is out, once an answer has begun.
+    constexpr int kTooLarge = 100;  // CURLE_TOO_LARGE
     curl_off_t untilAnswer = 0;
     curl_easy_getinfo(curl, CURLINFO_STARTTRANSFER_TIME_T, &untilAnswer);
-    if (answer.longHeader ||
+    if (answer.longHeader || code == kTooLarge ||
         (code == CURLE_OUT_OF_MEMORY && untilAnswer > 0 && answer.body.empty())) {
       return refused(
           fmt::format("the server's answer has a header of more than {} bytes", kMostHeaderBytes));
