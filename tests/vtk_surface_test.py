@@ -16,7 +16,7 @@ import tempfile
 
 import meshio
 import numpy
-from vtkmodules.util.numpy_support import numpy_to_vtk
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkIdList, vtkPoints
 from vtkmodules.vtkCommonDataModel import (VTK_HEXAHEDRON, VTK_PYRAMID, VTK_TETRA, VTK_VOXEL, VTK_WEDGE,
                                            vtkUnstructuredGrid)
@@ -48,7 +48,11 @@ def ball(center=(0, 0, 0), radius=1):
     source.SetThetaResolution(24)
     source.SetPhiResolution(24)
     source.Update()
-    return source.GetOutput()
+    surface = source.GetOutput()
+    # Some versions of VTK write eight digits of a float, which are enough for these.
+    points = vtk_to_numpy(surface.GetPoints().GetData())
+    points[:] = numpy.round(points * 256) / 256
+    return surface
 
 
 def write(writer, data, name):

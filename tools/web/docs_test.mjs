@@ -60,6 +60,17 @@ const comparable = (text) => varying
   .split('\n').map((line) => line.trimEnd())
   .filter((line) => line !== '' && !/^t4d: .*: \d+ %/.test(line)).sort();
 
+// What libraries make: bytes of zstd, triangles of meshoptimizer. Each version makes others.
+const isOfLibraries = /^t4d du |--simplify /;
+
+/** The expected lines in place of those whose numbers are within 1 % of theirs. */
+function nearest(lines, expected) {
+  const numbers = (line) => (line.match(/[\d.,e-]*\d/g) ?? []).map((word) => Number(word.replaceAll(',', '')));
+  const words = (line) => line.replace(/[\d.,e-]*\d/g, '#').replace(/ +/g, ' ');
+  return lines.map((line) => expected.find((other) => words(other) === words(line) &&
+    numbers(line).every((number, i) => Math.abs(number - numbers(other)[i]) <= 0.01 * Math.abs(number))) ?? line);
+}
+
 /** Serves the files of a folder; returns the URL before their names. */
 function serve(t, files) {
   const script = path.join(root, 'tests/web_server.py');
@@ -125,7 +136,9 @@ for (const page of [...new Set(rows.map((row) => row.page).filter(Boolean)), 'do
       await t.test(command, { skip: missing && `no ${missing}` }, () => {
         const done = shell(command.replace('https://example.com/', site),
           path.join(folder, 'fixtures'));
-        assert.deepEqual(comparable(done.stdout + done.stderr), comparable(output));
+        const expected = comparable(output);
+        const actual = comparable(done.stdout + done.stderr);
+        assert.deepEqual(isOfLibraries.test(command) ? nearest(actual, expected) : actual, expected);
       });
     }
   });
