@@ -2,10 +2,12 @@
 
 import os
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
+sys.path.append(str(Path(__file__).parents[2] / "tests"))  # dicom_series
 BUILD = Path(os.environ.get("T4D_BUILD", Path(__file__).parents[2] / "build" / "release"))
 
 

@@ -75,7 +75,7 @@ struct Volume {
   std::string lengthUnit;
   std::string timeUnit;
 
-  bool mask = false;                    ///< samples are 0 or 1, whatever their type
+  bool mask = false;                    ///< samples of a byte are 0 outside
   std::vector<std::string> frameNames;  ///< for errors about a frame; empty for its number
   std::string name;                     ///< of the data, if `where` does not have it
   std::vector<std::string> notes;       ///< what was assumed when the data were read
