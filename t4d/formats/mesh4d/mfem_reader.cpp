@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "t4d/formats/mesh4d/mesh4d_builder.h"
 #include "t4d/formats/text/text_scanner.h"
@@ -16,7 +18,8 @@ using model::Cell;
 
 // Numbers of geometries.
 constexpr std::int64_t kTetrahedron = 4;
-constexpr std::int64_t kPentatope = 8;
+/// Of pentatopes: in MFEM's branch of 4D, in its later branch 4d_dev, and in MFEM itself.
+constexpr std::array<std::int64_t, 3> kPentatopes = {6, 7, 8};
 
 // The shortest possible line, with its end: "0 0 0 0" of a vertex.
 constexpr std::size_t kShortestMfemLine = 8;
@@ -41,9 +44,9 @@ class MfemReader {
       if (word == "dimension") {
         done = readDimension();
       } else if (word == "elements") {
-        done = readElements(kPentatope, "elements");
+        done = readElements(kPentatopes, "elements");
       } else if (word == "boundary") {
-        done = readElements(kTetrahedron, "boundary elements");
+        done = readElements(std::array{kTetrahedron}, "boundary elements");
       } else if (word == "vertices") {
         done = readVertices();
       } else if (word == "nodes") {
@@ -94,7 +97,8 @@ class MfemReader {
     return count;
   }
 
-  Result<void> readElements(std::int64_t geometry, const char* what) {
+  Result<void> readElements(std::span<const std::int64_t> geometries, const char* what) {
+    const bool pentatopes = geometries.size() > 1;
     const auto count = readCount("the number of elements");
     if (!count) return count.error();
     for (std::int64_t i = 0; i < *count; ++i) {
@@ -106,14 +110,15 @@ class MfemReader {
       if (!text_.integer(attribute, "an attribute") || !text_.integer(found, "a geometry")) {
         return text_.error();
       }
-      if (found != geometry) {
+      if (std::ranges::find(geometries, found) == geometries.end()) {
         return fail(ErrorCode::Unsupported,
-                    fmt::format("found geometry {}, expected {} ({})", found, geometry,
-                                geometry == kPentatope ? "pentatope" : "tetrahedron"),
+                    fmt::format("found geometry {}, expected {} ({})", found,
+                                fmt::join(geometries, " or "),
+                                pentatopes ? "pentatope" : "tetrahedron"),
                     text_.where());
       }
       std::array<std::uint64_t, 5> corners{};
-      const std::size_t size = geometry == kPentatope ? 5 : 4;
+      const std::size_t size = pentatopes ? 5 : 4;
       for (std::size_t k = 0; k < size; ++k) {
         std::int64_t number = 0;
         if (!text_.integer(number, "the number of a vertex")) return text_.error();
@@ -122,7 +127,7 @@ class MfemReader {
         }
         corners[k] = static_cast<std::uint64_t>(number);
       }
-      if (geometry == kPentatope) {
+      if (pentatopes) {
         elements_.push_back({corners, text_.line()});
         continue;
       }

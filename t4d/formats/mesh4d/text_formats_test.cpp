@@ -95,6 +95,16 @@ TEST(Mfem, BoundaryIsMadeOfPentatopesIfThereIsNone) {
   EXPECT_EQ(loaded.losses.size(), 1U);
 }
 
+TEST(Mfem, BranchesOfMfemHaveOtherNumbersForPentatopes) {
+  for (const char* const geometry : {"6", "7", "8"}) {
+    const LoadedMesh4d loaded = read4dBytes(
+        "a.mesh", fmt::format("MFEM mesh v1.0\ndimension\n4\nelements\n1\n1 {} 0 1 2 3 4\nboundary\n"
+                              "0\n{}",
+                              geometry, kMfemVertices));
+    EXPECT_DOUBLE_EQ(hypervolumeOf(loaded.bodies), kSimplex) << geometry;
+  }
+}
+
 TEST(Mfem, PentatopesAreNotFlatForBeingSmall) {
   const std::string elements =
       "MFEM mesh v1.0\ndimension\n4\nelements\n2\n1 8 0 1 2 3 4\n1 8 0 1 2 3 5\nboundary\n0\n";
@@ -129,7 +139,7 @@ TEST(Mfem, SaysWhatIsWrong) {
   EXPECT_EQ(error4dOf("a.mesh", "MFEM mesh v1.0\ndimension\n3\n"),
             "a.mesh:3: is a mesh of dimension 3, expected 4");
   EXPECT_EQ(error4dOf("a.mesh", "MFEM mesh v1.0\ndimension\n4\nelements\n1\n1 5 0 1 2 3 4 5 6 7\n"),
-            "a.mesh:6: found geometry 5, expected 8 (pentatope)");
+            "a.mesh:6: found geometry 5, expected 6 or 7 or 8 (pentatope)");
   EXPECT_EQ(error4dOf("a.mesh",
                       "MFEM mesh v1.0\ndimension\n4\nelements\n1\n1 8 0 1 2 3 6\n" + kMfemVertices),
             "a.mesh:6: an element refers to vertex 6, but there are 6, numbered from 0");
