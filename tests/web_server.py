@@ -98,7 +98,10 @@ class Handler(http.server.BaseHTTPRequestHandler):
             before = served.get(self.path, 0)
             served[self.path] = before + 1
         if fault.startswith('status-'):
-            return self.refuse(int(fault.removeprefix('status-')))
+            # status-404, or of the names with a part alone: status-404@part
+            status, at, part = fault.removeprefix('status-').partition('@')
+            if not at or part in name.split('/'):
+                return self.refuse(int(status))
         if fault == 'redirect':
             return self.refuse(302, Location=f'/plain/{name}')
         if fault == 'redirect-for-ever':
@@ -220,6 +223,7 @@ FAULTS = {
     'stall': set_('sent', 8),
 }
 
+http.server.ThreadingHTTPServer.request_queue_size = 128  # many connect at once
 server = http.server.ThreadingHTTPServer(('127.0.0.1', 0), Handler)
 print(server.server_address[1], flush=True)
 server.serve_forever()

@@ -14,8 +14,9 @@ import re
 import signal
 import subprocess
 import sys
+import tempfile
 import warnings
-from typing import Any, Dict, List, NoReturn, Optional, Sequence, Tuple
+from typing import Any, Dict, List, NamedTuple, NoReturn, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -24,78 +25,78 @@ from t4d.commands import options_of, program
 from t4d.errors import Error
 from t4d.frames import MOST_FRAMES, Frames, open_frames
 from t4d.readers.volume import Missing, WrongOption, extension_of, natural
-from t4d.stream import write_stream
+from t4d.stream import write_nrrd, write_stream
 
 _INVALID, _USAGE = 4, 2
 # What open_frames takes is the door's: a region counts what the file has, and so do times and an origin beside it.
 _DOOR = [name for name in inspect.signature(open_frames).parameters if name != "source"]
+_NUMBERS = ("spacing", "origin", "times", "frame_time", "start_time")
 _LEAST_OF_PATTERN = 3  # names
 _PATIENCE = 10  # seconds for the program to clean up
+_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 
 
-def split(words: Sequence[str]) -> Tuple[List[str], Dict[str, List[str]], Dict[str, List[str]]]:
-    """Inputs, the program's options with their words, and the values of the door's, of the words after weave. How
-    many values an option takes is told by the program's description."""
-    known = options_of("weave")
+class Given(NamedTuple):
+    """An option as it is given."""
+
+    words: List[str]
+    values: List[str]
+
+
+Options = Dict[str, List[Given]]
+"""By name, as frame_time, for each time it is given."""
+
+
+def split(words: Sequence[str]) -> Tuple[List[str], Options]:
+    """Inputs and options of the words after weave. How many values an option takes is told by the program's
+    description."""
+    known = {**dict.fromkeys(_DOOR, {"value": "TEXT", "repeats": False}), **options_of("weave")}
     inputs: List[str] = []
-    others: Dict[str, List[str]] = {}
-    own: Dict[str, List[str]] = {}
+    options: Options = {}
     left = list(words)
     while left:
         word = left.pop(0)
-        if re.match(r"-[a-zA-Z].", word) and known.get(word[1], {"value": ""})["value"] is None:
-            left.insert(0, "-" + word[2:])  # short options in one word
-            word = word[:2]
         if word == "--":
-            return [*inputs, *left], others, own
+            return [*inputs, *left], options
         if not _is_option(word):
             inputs.append(word)
             continue
-        long = word.startswith("--")
-        name, equals, value = word.partition("=") if long else (word[:2], word[2:], word[2:])
+        if re.match(r"-[a-zA-Z].", word) and known.get(word[1], {"value": ""})["value"] is None:
+            left.insert(0, "-" + word[2:])  # short options in one word
+            word = word[:2]
+        name, equals, value = word.partition("=") if word.startswith("--") else (word[:2], word[2:], word[2:])
         plain = name.lstrip("-").replace("-", "_")
-        option = known.get(plain, {"value": "TEXT" if plain in _DOOR else None, "repeats": False})
+        option = known.get(plain, {"value": None})
         values = [value] if equals else []
         if option["value"] is not None and not equals:
             most = len(left) if option["repeats"] else len(option["value"].split())
-            own_word = long and plain in _DOOR
-            while left and len(values) < most and not ((values or own_word) and _is_option(left[0])):
+            while left and len(values) < most and not _is_option(left[0]):
                 values.append(left.pop(0))
-        if long and plain in _DOOR:
-            own.setdefault(plain, []).append(",".join(values))
-        else:
-            others.setdefault(name, []).extend([word, *([] if equals else values)])
-    return inputs, others, own
-
-
-def _unknown(options: Dict[str, List[str]]) -> bool:
-    """Whether the program does not know one of these; it says so itself."""
-    known = options_of("weave")
-    return any(name.lstrip("-").replace("-", "_") not in known for name in options)
+        options.setdefault(plain, []).append(Given([word, *([] if equals else values)], values))
+    return inputs, options
 
 
 def _is_option(word: str) -> bool:
     return len(word) > 1 and word[0] == "-" and not re.match(r"-\.?\d", word)
 
 
-def _value(options: Dict[str, List[str]], name: str) -> Optional[str]:
-    """The first value of an option; None if it is not given."""
-    words = options.get(name, [])
-    return words[0].partition("=")[2] if words and "=" in words[0] else words[1] if len(words) > 1 else None
+def _values(options: Options, name: str) -> List[str]:
+    return [value for given in options.get(name, []) for value in given.values]
 
 
-def _parameters(own: Dict[str, List[str]]) -> Dict[str, Any]:
-    """Of open_frames, by the values of options. Raises ValueError for what is no number."""
-    given: Dict[str, Any] = {}
-    for name, words in own.items():
-        if len(words) > 1 or not words[0]:
-            option = f"--{name.replace('_', '-')}"
-            raise ValueError(f"{option} is given {len(words)} times" if words[0] else f"{option} has no value")
-        given[name] = words[0]
-    for name in ("spacing", "origin", "times", "frame_time", "start_time"):
-        if name not in given:
+def _velocity_files(options: Options) -> List[str]:
+    return [file for value in _values(options, "velocity_file") for file in value.split(",")]
+
+
+def _parameters(options: Options) -> Dict[str, Any]:
+    """Of open_frames. Raises ValueError for what is no number."""
+    given = {name: ",".join(options[name][0].values) for name in _DOOR if name in options}
+    parameters: Dict[str, Any] = dict(given)
+    for name, text in given.items():
+        if len(options[name]) > 1 or not text:
+            raise WrongOption(name, f"is given {len(options[name])} times" if text else "has no value")
+        if name not in _NUMBERS:
             continue
-        text = given[name]
         try:
             if ":" in text:
                 begin, end, count = text.split(":")
@@ -105,10 +106,10 @@ def _parameters(own: Dict[str, List[str]]) -> Dict[str, Any]:
             else:
                 numbers = [float(number) for number in text.split(",")]
         except ValueError:
-            said = f"is not a number, several with commas, or A:B:N with N from 1 to {MOST_FRAMES}"
-            raise ValueError(f"--{name.replace('_', '-')}: '{text}' {said}") from None
-        given[name] = numbers[0] if len(numbers) == 1 and name != "times" else numbers
-    return given
+            expected = f"a number, several with commas, or A:B:N with N from 1 to {MOST_FRAMES}"
+            raise ValueError(f"{name} is '{text}'; expected {expected}") from None
+        parameters[name] = numbers[0] if len(numbers) == 1 and name != "times" else numbers
+    return parameters
 
 
 def in_order(paths: List[str]) -> Tuple[List[str], List[str]]:
@@ -118,33 +119,62 @@ def in_order(paths: List[str]) -> Tuple[List[str], List[str]]:
     if paths == by_number or len({re.sub(r"\d+", "0", path) for path in paths}) > 1:
         return paths, []
     if paths == sorted(paths) and len(paths) >= _LEAST_OF_PATTERN:
-        ends = f"{by_number[0]} to {by_number[-1]}"
-        return by_number, [f"frames are in the order of the numbers in their names, from {ends}"]
+        return by_number, [readers.order_note(by_number)]
     ends = f"{paths[0]} to {paths[-1]}"
     return paths, [f"frames are in the order given, from {ends}, which is not that of the numbers in their names"]
 
 
-def is_door(paths: Sequence[str]) -> bool:
-    """Whether one of the inputs is for a reader of Python, and not for the program."""
-    return "-" not in paths and any(extension_of(path) not in readers.PROGRAM and readers.kind_of(path) for path in paths)
+def _is_of_door(path: str) -> bool:
+    return extension_of(path) not in readers.PROGRAM and readers.kind_of(path) != ""
 
 
-def _open(paths: List[str], options: Dict[str, List[str]], own: Dict[str, List[str]]) -> Frames:
+def is_door(words: Sequence[str], folder: str = "") -> bool:
+    """Whether one of the inputs among the words after weave is for a reader of Python, and not for the program."""
+    inputs, options = split(words)
+    paths = [path if "://" in path else os.path.join(folder, path) for path in [*inputs, *_velocity_files(options)]]
+    return "-" not in inputs and any(map(_is_of_door, paths))
+
+
+def _open(paths: List[str], options: Options) -> Frames:
     """The frames as the options of the program need them, which are changed where the frames say what is no data.
     Raises Error and WrongOption."""
     paths, notes = in_order(paths)
-    frames = open_frames(paths, **_parameters(own))
+    frames = open_frames(paths, **_parameters(options))
     frames.notes[:0] = notes
-    label, outside = _value(options, "--label"), _value(options, "--outside-value")
-    if label is not None:
-        return frames.filled(-1 if label == "0" else 0) if frames.padded else frames
-    if "--iso" not in options and "--below" not in options and frames.whole and frames.dtype.kind == "f":
+    label, outside = _values(options, "label"), _values(options, "outside_value")
+    if label:
+        return frames.filled(-1 if label[0] == "0" else 0) if frames.padded else frames
+    if not {"iso", "below"} & set(options) and frames.whole and frames.dtype.kind == "f":
         said = "has whole numbers as samples, which do not say what is inside; an iso value or a label must be given"
         raise Missing(said, paths[0], "iso", "VALUE, if the samples are densities (inside is where they are above it)")
     if frames.padded:
-        options["--outside-value"] = ["--outside-value=nan"]
-        return frames if outside is None or outside.lower() == "nan" else frames.without(float(outside))
+        options["outside_value"] = [Given(["--outside-value=nan"], [])]
+        return frames.without(float(outside[0])) if outside and outside[0].lower() != "nan" else frames
     return frames
+
+
+def _write_velocities(options: Options, folder: str) -> None:
+    """Makes of the files of velocities those that the program reads, along x, y and z, where they are by themselves."""
+    files = _velocity_files(options)
+    if len(files) not in (1, 3):
+        raise WrongOption("velocity_file", "takes three files, or one with three channels")
+    if "region" in options:
+        raise WrongOption("region", "and velocities exclude each other: where a solid is cut off it does not move")
+    written = []
+    for channel, path in enumerate(files * (3 // len(files))):
+        if extension_of(path) in readers.PROGRAM and extension_of(path) != ".npy":  # which needs --axes
+            written.append(path)
+            continue
+        name = re.sub(r"[^\w.-]", "_", os.path.basename(os.path.normpath(path)))
+        written.append(os.path.join(folder, f"{'xyz'[channel]}-{name}.nrrd"))
+        choices = {*readers.options_of(path)} - {"channel"}
+        parameters = {name: value for name, value in _parameters(options).items() if name in choices}
+        if len(files) == 1:
+            parameters["channel"] = channel
+            if "c" not in parameters.get("axes", "c"):  # of the frames, which have no channels
+                del parameters["axes"]
+        write_nrrd(open_frames(path, **parameters), written[-1])
+    options["velocity_file"] = [Given(["--velocity-file", *written], written)]
 
 
 def _part(said: str, frames: int) -> Optional[Tuple[int, int]]:
@@ -157,18 +187,31 @@ def _part(said: str, frames: int) -> Optional[Tuple[int, int]]:
     return (begin, end) if begin < end else None
 
 
-def _feed(frames: Frames, command: List[str], part: Optional[Tuple[int, int]]) -> int:
-    """Runs the program on the frames; returns its exit code. Ends it before what reading raises is raised."""
-    process = subprocess.Popen(command, stdin=subprocess.PIPE)
-    assert process.stdin is not None
+class Ended(BaseException):
+    """By a signal."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.number = number
+
+
+def _end(number: int, _: Any) -> NoReturn:
+    raise Ended(number)
+
+
+def _run(command: List[str], frames: Optional[Frames] = None, part: Optional[Tuple[int, int]] = None) -> int:
+    """Runs the program, on frames if there are any; returns its exit code. Ends it before what reading raises is
+    raised."""
+    process = subprocess.Popen(command, stdin=None if frames is None else subprocess.PIPE)
     try:
-        with contextlib.suppress(BrokenPipeError):  # the program says why it ended
-            write_stream(frames, process.stdin, part)
-        with contextlib.suppress(BrokenPipeError):
-            process.stdin.close()
+        if frames is not None and process.stdin is not None:
+            with contextlib.suppress(BrokenPipeError):  # the program says why it ended
+                write_stream(frames, process.stdin, part)
+            with contextlib.suppress(BrokenPipeError):
+                process.stdin.close()
         return process.wait()
     except BaseException as error:
-        process.send_signal(signal.SIGINT if isinstance(error, KeyboardInterrupt) else signal.SIGTERM)
+        process.send_signal(error.number if isinstance(error, Ended) else signal.SIGTERM)
         try:
             process.wait(_PATIENCE)
         except subprocess.TimeoutExpired:
@@ -180,69 +223,88 @@ def _say(text: str) -> None:
     print("t4d: " + text.encode(errors="replace").decode().replace("\n", "\\n"), file=sys.stderr)
 
 
-def weave(inputs: List[str], options: Dict[str, List[str]], own: Dict[str, List[str]]) -> int:
+def _in_options(said: str) -> str:
+    """A message about a parameter of open_frames, as one about the option."""
+    found = re.match(r"(\w+)(\[\d\])?( is (?!not|given))? ?", said)
+    if not found or found[1] not in (*_DOOR, "velocity_file"):
+        return said
+    return f"--{found[1].replace('_', '-')}{':' if found[3] else ''} {said[found.end():]}"
+
+
+def weave(inputs: List[str], options: Options) -> int:
     """The exit code of weave, for inputs of the door."""
+    if not {*_DOOR, *options_of("weave")}.issuperset(options):  # the program says what is wrong with them
+        return _run([program(), "weave", "-", *(word for all_ in options.values() for one in all_ for word in one.words)])
     try:
-        for option in ("axes", "spacing", "origin", "region"):
-            if option in own and "--velocity-file" in options:
-                raise WrongOption(option, "is not for files of velocities, which the program reads: leave it out, or "
-                                  "use t4d weave")  # fmt: skip
-        frames = _open(inputs, options, own)
-        words = [word for of_option in options.values() for word in of_option]
-        every = any(word.endswith("all") for word in options.get("--label", []))  # are looked for in all frames
-        part = None if every else _part(_value(options, "--part") or "", len(frames))
-        return _feed(frames, [program(), "weave", "-", *words], part)
-    except WrongOption as error:
-        _say(f"--{error.option.replace('_', '-')} {error.reason}")
-        return _USAGE
+        with tempfile.TemporaryDirectory(prefix="t4d-velocities-") as folder:
+            frames = _open(inputs, options) if any(map(_is_of_door, inputs)) else None
+            if "velocity_file" in options:
+                _write_velocities(options, folder)
+            done = [] if frames is None else _DOOR
+            if "velocity_file" in options:  # the program gives velocities the place of the solid
+                done = [name for name in done if name not in ("spacing", "origin")]
+            names = [name for name in options if name not in done]
+            words = [word for name in names for given in options[name] for word in given.words]
+            every = "all" in _values(options, "label")  # are looked for in all frames
+            part = None
+            if frames is not None and not every:
+                part = _part("".join(_values(options, "part")), len(frames))
+            return _run([program(), "weave", *(inputs if frames is None else ["-"]), *words], frames, part)
     except Error as error:
         _say(str(error))
         if isinstance(error, Missing):
             _say(f"try: --{error.option} {error.value}")
         return _INVALID
     except (TypeError, ValueError) as error:
-        _say(str(error))
+        _say(_in_options(str(error)))
         return _USAGE
 
 
-def _terminate(number: int, _: Any) -> NoReturn:
-    raise SystemExit(128 + number)
+def _weave(words: List[str]) -> int:
+    """As ``weave``; a signal that ends this process ends the program first, and both by it."""
+    caught = [number for number in _SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
+    logging.basicConfig(handlers=[logging.NullHandler()])  # what libraries log, an error or a note says
+    warnings.simplefilter("ignore")
+    try:
+        for number in caught:
+            signal.signal(number, _end)
+        code = weave(*split(words))
+    except Ended as ended:
+        code = -ended.number
+    finally:
+        for number in caught:
+            signal.signal(number, signal.SIG_DFL)
+    if code < 0:
+        os.kill(os.getpid(), -code)  # ends as the program did
+    return code
 
 
 def _help() -> int:
     """Of the program, and what the door adds."""
     code = subprocess.run([program(), "weave", "--help"], check=False).returncode
-    print(f"\npython3 -m t4d weave also reads {', '.join(readers.known())}, with these options:\n  "
-          "--dataset TEXT  HDF5, Zarr, VTK: path or name of the array\n"
-          "  --channel, --level, --series  also by name")  # fmt: skip
+    print(f"\npython3 -m t4d weave also reads {', '.join(readers.known())}")
     return code
 
 
 def main(words: List[str]) -> int:
-    if words[:1] == ["weave"] and {"-h", "--help"} & set(words) and "--json" not in words:
-        return _help()
-    if words[:1] == ["weave"] and not {"-h", "--help"} & set(words):
-        given = split(words[1:])
-        if is_door(given[0]) and not _unknown(given[1]):
-            signal.signal(signal.SIGTERM, _terminate)
-            logging.disable()  # libraries say in their own way what an error or a note says
-            warnings.simplefilter("ignore")
-            try:
-                code = weave(*given)
-            except KeyboardInterrupt:
-                code = -signal.SIGINT
-            if code < 0:  # ends as the program did
-                if code != -signal.SIGKILL:
-                    signal.signal(-code, signal.SIG_DFL)
-                os.kill(os.getpid(), -code)
-            return code
+    if words[:1] == ["weave"]:
+        is_help = bool({"-h", "--help"} & set(words))
+        if is_help and "--json" not in words:
+            return _help()
+        door = False
+        with contextlib.suppress(ValueError, KeyError):  # what does not describe itself is run, too
+            door = not is_help and is_door(words[1:])
+        if door:
+            return _weave(words[1:])
     sys.stdout.flush()
     os.execv(program(), [program(), *words])
 
 
 if __name__ == "__main__":
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
     try:
         sys.exit(main(sys.argv[1:]))
-    except FileNotFoundError as error:  # of the program
+    except OSError as error:  # of the program
         _say(str(error))
         sys.exit(1)

@@ -248,7 +248,7 @@ def run_words(
     at most, if they are given. Returns its report, or its text. Raises and warns as ``run``."""
     verb = words[0]
     has_json = not text and "json" in options_of(verb)
-    first, environment = _door() if verb == "weave" and _is_door(words[1:], cwd) else ([program()], None)
+    first, environment = _door() if verb == "weave" and _is_door(words[1:], cwd or "") else ([program()], None)
     command = [*first, verb, *(["--json"] if has_json else []), *words[1:]]
     with subprocess.Popen(
         command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
@@ -286,11 +286,10 @@ def run_words(
     return json.loads(printed, object_hook=Report) if has_json and printed else printed
 
 
-def _is_door(words: Sequence[str], cwd: Optional[str]) -> bool:
-    from t4d.__main__ import is_door, split
+def _is_door(words: Sequence[str], folder: str) -> bool:
+    from t4d.__main__ import is_door
 
-    paths = split(words)[0]
-    return is_door([path if "://" in path else os.path.join(cwd or "", path) for path in paths])
+    return is_door(words, folder)
 
 
 def _door() -> Tuple[List[str], Dict[str, str]]:

@@ -9,6 +9,7 @@ Nothing but headers is read before a frame is asked for.
 
 from __future__ import annotations
 
+import itertools
 import math
 import os
 import re
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 from t4d import checks, readers
 from t4d.checks import Numbers
 from t4d.errors import InvalidInput, Unsupported
-from t4d.readers.volume import Choice, Volume, WrongOption, usable
+from t4d.readers.volume import Choice, Named, Volume, WrongOption, usable
 
 MOST_FRAMES = 1_000_000
 _SAME_PLACE = 1e-3  # of a voxel
@@ -48,7 +49,7 @@ class Frames:
     notes: List[str]
     """What was found, chosen or left out."""
     name: str = ""
-    """Of the file, the folder or the first of several."""
+    """The path or the URL as it is given, or the first of several."""
     region: Optional[Tuple[List[int], List[int]]] = None
     """If a part is read: samples that there are along x, y and z, and the first of those that are read."""
 
@@ -62,7 +63,7 @@ class Frames:
         for volume in volumes[1:]:
             _check_alike(volume, first)
         several = len(volumes) > 1
-        self._volumes = list(volumes)
+        self._volumes = volumes
         self._numbers = list(range(len(volumes) if several else first.size("t")))
         self._box = tuple(slice(0, first.size(axis)) for axis in "xyz")
         self._replaced: List[Tuple[float, float]] = []
@@ -75,7 +76,7 @@ class Frames:
         self.padded = any(volume.padded for volume in volumes)
         self.names = [volume.where for volume in volumes] if several else first.names
         self.notes = list(dict.fromkeys(note for volume in volumes for note in volume.notes))
-        self.losses = list(dict.fromkeys(loss for volume in volumes for loss in volume.losses))
+        self.losses: List[str] = []
 
     @property
     def size(self) -> Tuple[int, int, int]:
@@ -187,15 +188,16 @@ def open_frames(
     which = [_which(name, one) for name, one in (("channel", channel), ("level", level), ("series", series))]
     frames = Frames(_volumes(source, Choice(axes, which[0], which[1], which[2], named)))
     if is_path(source):
-        first = source[0] if isinstance(source, (list, tuple)) else source
-        frames.name = os.path.basename(os.path.normpath(checks.path_text(first)))
+        first = checks.path_text(_parts(source)[0])
+        frames.name = readers.shown(first).rstrip("/") or first
     if spacing is not None or origin is not None:
         _set_place(frames, spacing, origin)
     _set_times(frames, times, frame_time, start_time)
     if region is not None:
         frames._cut(checks.text("region", region))
-    frames.length_unit = frames.length_unit if length_unit is None else checks.text("length_unit", length_unit)
-    frames.time_unit = frames.time_unit if time_unit is None else checks.text("time_unit", time_unit)
+    for name, unit in (("length_unit", length_unit), ("time_unit", time_unit)):
+        if unit is not None:
+            setattr(frames, name, checks.text(name, unit))
     bytes_ = math.prod(frames.size) * frames.dtype.itemsize
     if bytes_ > os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGESIZE") // 2:
         said = f"has frames of {bytes_} bytes, two of which do not fit into memory"
@@ -203,22 +205,24 @@ def open_frames(
     return frames
 
 
-def _which(option: str, given: Union[None, str, SupportsIndex]) -> Union[None, str, int]:
+def _which(option: str, given: Union[None, str, SupportsIndex]) -> Named:
     return given if given is None or isinstance(given, str) else checks.whole(option, given, 0)
 
 
 def is_path(source: Any) -> bool:
     """Whether it is a path, or several."""
-    paths = source if isinstance(source, (list, tuple)) and source else [source]
-    return all(isinstance(one, (str, bytes, os.PathLike)) for one in paths)
+    return all(isinstance(one, (str, bytes, os.PathLike)) for one in _parts(source))
+
+
+def _parts(source: Any) -> List[Any]:
+    return list(source) if isinstance(source, (list, tuple)) and source else [source]
 
 
 def _volumes(source: Any, choice: Choice) -> List[Volume]:
-    several = isinstance(source, (list, tuple)) and len(source) > 0
-    parts = list(source) if several else [source]
+    parts = _parts(source)
     if is_path(source):
         return readers.read([checks.path_text(path) for path in parts], choice)
-    return [readers.of_object(one, f"frame {i}" if several else "", choice) for i, one in enumerate(parts)]
+    return [readers.of_object(one, f"frame {i}" if parts[1:] else "", choice) for i, one in enumerate(parts)]
 
 
 def _type_of(volumes: Sequence[Volume]) -> np.dtype[Any]:
@@ -235,6 +239,8 @@ def _place_of(volume: Volume) -> Tuple[Optional[NDArray[np.float64]], str]:
     """The affine, and the axes of which it takes a size as 1."""
     if volume.affine is not None:
         return volume.affine, ""
+    if 0 in volume.spacing.values():
+        raise InvalidInput("has voxels without volume", volume.where)
     if not volume.spacing and not volume.origin:
         return None, "xyz"
     affine = np.diag([*(volume.spacing.get(axis, 1.0) for axis in "xyz"), 1.0])
@@ -252,7 +258,7 @@ def _times_of(volumes: Sequence[Volume]) -> Optional[List[float]]:
         return [float(time) for time in first.times]
     if first.frame_time is None or first.size("t") < 2:
         return None
-    return [(first.start_time or 0) + first.frame_time * i for i in range(first.size("t"))]
+    return [first.start_time + first.frame_time * i for i in range(first.size("t"))]
 
 
 def _check_alike(volume: Volume, first: Volume) -> None:
@@ -272,8 +278,7 @@ def _check_alike(volume: Volume, first: Volume) -> None:
     places = [_place_of(one)[0] for one in (volume, first)]
     if places[0] is None or places[1] is None:
         return
-    corners = np.array([[i, j, k, 1] for i in (0, volume.size("x") - 1) for j in (0, volume.size("y") - 1)
-                        for k in (0, volume.size("z") - 1)]).T  # fmt: skip
+    corners = np.array([*itertools.product(*((0, volume.size(axis) - 1) for axis in "xyz"), (1,))]).T
     away = float(np.linalg.norm(np.linalg.solve(places[1], (places[0] - places[1]) @ corners)[:3], axis=0).max())
     if away > _SAME_PLACE:
         raise InvalidInput(
@@ -297,7 +302,7 @@ def _set_place(frames: Frames, spacing: Any, origin: Optional[Numbers]) -> None:
 def _set_times(frames: Frames, times: Optional[Numbers], frame_time: Any, start_time: Any) -> None:
     where = frames._volumes[0].where
     if times is not None and (frame_time is not None or start_time is not None):
-        raise WrongOption("times", "takes the place of frame_time and start_time")
+        raise WrongOption("times", "says when all frames are; no time between frames or of the first can be given")
     if times is not None:
         frames.times = list(checks.numbers("times", times))
     elif frame_time is not None or start_time is not None:
@@ -308,14 +313,13 @@ def _set_times(frames: Frames, times: Optional[Numbers], frame_time: Any, start_
         elif frames.times is None:
             frames.notes.append("the input has no times: frames are taken to be 1 apart")
         frames.times = [start + (time - known[0]) for time in known]
-    found = frames.times or list(range(len(frames)))
+    found = frames.times or range(len(frames))
     if len(found) != len(frames):
         counted = f"{checks.counted(len(found), 'time')} for {checks.counted(len(frames), 'frame')}"
         raise InvalidInput(f"{counted}: expected one for each", where)
-    for i, (before, after) in enumerate(zip(found, found[1:]), 1):
-        if not before < after < math.inf:
-            said = f"frame {i} is at {after:.9g}, the one before at {before:.9g}"
-            raise InvalidInput(f"times do not increase: {said}", where)
+    for i in np.flatnonzero(~(np.diff(found) > 0)):
+        said = f"frame {i + 1} is at {found[i + 1]:.9g}, the one before at {found[i]:.9g}"
+        raise InvalidInput(f"times do not increase: {said}", where)
 
 
 def _region(region: str, counts: Sequence[int], where: str) -> List[slice]:
@@ -323,16 +327,16 @@ def _region(region: str, counts: Sequence[int], where: str) -> List[slice]:
     not within the counts."""
     words = region.split(",")
     if len(words) not in (3, 4):
-        expected = "those along x, y and z, and of frames if not all are used, as 0:64,10:20,:,0:8"
-        raise ValueError(f"'{region}' has {len(words)} ranges; expected {expected}")
+        expected = "ranges along x, y and z, and of frames if not all are used, as 0:64,10:20,:,0:8"
+        raise ValueError(f"region is {region!r}; expected {expected}")
     parts = []
     for axis, word, count in zip("xyzt", [*words, ":"], counts):
         found = re.fullmatch(r"(-?\d*):(-?\d*)", word)
         if not found or "-" in found.groups():
-            raise ValueError(f"'{word}' is not a range of whole numbers along {axis}, as 10:20, 10: or :")
+            raise ValueError(f"region is {region!r}; expected whole numbers along {axis}, as 10:20, 10: or :")
         begin, end = int(found[1] or 0), int(found[2] or count)
         if found[1] and found[2] and begin >= end:
-            raise ValueError(f"{word} along {axis} is empty: a range begins below its end")
+            raise ValueError(f"region is {region!r}; expected a range along {axis} that begins below its end")
         if not 0 <= begin < end <= count:
             there = f"{count} {'frames' if axis == 't' else 'samples'}, counted from 0"
             raise InvalidInput(f"the region has {word} along {axis}, where there are {there}", where)

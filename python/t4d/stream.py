@@ -1,4 +1,5 @@
-"""Frames as a stream that `t4d weave -` reads: a line of JSON, and then each frame as a .npy (docs/frame-stream.md)."""
+"""Frames as the program reads them: as a stream for `t4d weave -`, a line of JSON and then each frame as a .npy
+(docs/frame-stream.md), and as a .nrrd."""
 
 from __future__ import annotations
 
@@ -10,6 +11,7 @@ from typing import IO, Any, Dict, Optional, Tuple
 import numpy as np
 from numpy.typing import NDArray
 
+from t4d.errors import InvalidInput
 from t4d.frames import Frames
 
 
@@ -35,7 +37,8 @@ def write_stream(frames: Frames, file: IO[bytes], part: Optional[Tuple[int, int]
     file.write(head.encode(errors="replace") + b"\n")  # names may not be UTF-8
     first, last = part or (0, len(frames) - 1)
     fortran: Optional[bool] = None
-    with ThreadPoolExecutor(1) as reader:
+    reader = ThreadPoolExecutor(1)
+    try:
         following = reader.submit(frames.frame, first)
         for number in range(first, last + 1):
             frame = following.result()
@@ -44,6 +47,8 @@ def write_stream(frames: Frames, file: IO[bytes], part: Optional[Tuple[int, int]
             fortran = not frame.flags.c_contiguous if fortran is None else fortran
             _write_npy(frame, file, fortran)
             del frame
+    finally:
+        reader.shutdown(wait=False)  # a signal does not wait for a frame
     file.flush()
 
 
@@ -56,3 +61,22 @@ def _write_npy(array: NDArray[Any], file: IO[bytes], fortran: bool) -> None:
     npy.write_array_header_1_0(begin, described)
     file.write(begin.getvalue())
     file.write(memoryview(dense.T if fortran else dense).cast("B"))
+
+
+def write_nrrd(frames: Frames, path: str) -> None:
+    """Writes numbers, as floats; samples without data are 0. One frame is in memory at a time."""
+    if frames.mask:
+        raise InvalidInput("has bools as samples; expected numbers", frames.name)
+    frames = frames.filled(0) if frames.padded else frames
+    kind = np.result_type(frames.dtype, np.float32).newbyteorder("<")
+    affine = np.eye(4) if frames.affine is None else frames.affine
+    x, y, z, origin = (f"({','.join(map(repr, column))})" for column in affine[:3].T.tolist())
+    fields = {
+        "type": "float" if kind.itemsize == 4 else "double", "dimension": 4, "space dimension": 3,
+        "sizes": " ".join(map(str, (*frames.size, len(frames)))), "kinds": "space space space time",
+        "space directions": f"{x} {y} {z} none", "space origin": origin, "endian": "little", "encoding": "raw",
+    }  # fmt: skip
+    with open(path, "wb") as file:
+        file.write("".join(["NRRD0004\n", *(f"{name}: {value}\n" for name, value in fields.items()), "\n"]).encode())
+        for frame in frames:
+            file.write(np.asarray(frame, kind).tobytes(order="F"))

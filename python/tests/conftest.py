@@ -2,12 +2,10 @@
 
 import os
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
-sys.path.append(str(Path(__file__).parents[2] / "tests"))  # dicom_series
 BUILD = Path(os.environ.get("T4D_BUILD", Path(__file__).parents[2] / "build" / "release"))
 
 

@@ -15,7 +15,8 @@ OPTIONS = [
     (["--axes"], "AXES", False), (["--channel"], "UINT", False), (["--level"], "UINT", False),
     (["--region"], "TEXT", False), (["--series"], "TEXT", False), (["--part"], "K/N", False),
     (["-o", "--output"], "TEXT", False), (["--body"], "TEXT", False), (["--json"], None, False),
-    (["-q", "--quiet"], None, False),
+    (["-q", "--quiet"], None, False), (["--velocity-file"], "VX VY VZ", False),
+    (["--substeps"], "UINT", False),
 ]  # fmt: skip
 
 
@@ -31,6 +32,18 @@ def once(pairs):
     return dict(pairs)
 
 
+def velocities(words):
+    """The header of each file of velocities, and the sum of its samples."""
+    found = []
+    for path in words[words.index("--velocity-file") + 1 :][:3] if "--velocity-file" in words else []:
+        with open(path, "rb") as file:
+            head, samples = file.read().split(b"\n\n", 1)
+        fields = dict(line.split(": ") for line in head.decode().splitlines()[1:])
+        kind = {"float": "<f4", "double": "<f8"}[fields["type"]]
+        found.append([os.path.basename(path), fields, float(np.frombuffer(samples, kind).sum(dtype=float))])
+    return found
+
+
 def main(words):
     if words[-2:] == ["--help", "--json"]:
         print(json.dumps({"options": [
@@ -38,7 +51,7 @@ def main(words):
             for names, value, repeats in OPTIONS]}))  # fmt: skip
         return 0
     if words[:2] != ["weave", "-"]:
-        print(json.dumps(words))
+        print(json.dumps({"words": words, "velocities": found} if (found := velocities(words)) else words))
         return 7
     how = os.environ.get("STREAM_PROGRAM", "")
     if how == "early":
@@ -57,7 +70,7 @@ def main(words):
         assert list(frame.shape) == header["size"]
         sums.append([str(frame.dtype), float(np.nansum(frame.astype(float)))])
     assert source.read() == b""
-    print(json.dumps({"words": words, "header": header, "frames": sums}))
+    print(json.dumps({"words": words, "header": header, "frames": sums, "velocities": velocities(words)}))
     return 3 if header.get("losses") else 0
 
 

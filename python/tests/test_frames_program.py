@@ -4,8 +4,10 @@ stream that is damaged is refused."""
 import io
 import json
 import os
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -247,10 +249,103 @@ def test_words_are_those_of_the_program(tmp_path, array):
         (["--region"], "--region has no value"),
         (["--times", "0:6:2000000000"], "N from 1 to 1000000"),
         (["-"], "standard input (-) has all frames"),
-        (["--axes", "tzyx", "--velocity-file", "u.npy", "v.npy", "w.npy"], "--axes is not for files of velocities"),
+        (["--velocity-file", "u.h5", "v.h5"], "--velocity-file takes three files"),
+        (["--level", "x"], "--level is not for HDF5"),
     ]:
         code, said = module("weave", array, *words, "-o", tmp_path / "x.t4d")
         assert code == 2 and expected in said and "Traceback" not in said, said
+
+
+def test_levels_and_regions_are_words(tmp_path):
+    zarr = pytest.importorskip("zarr")
+    zarr.save_array(tmp_path / "a.zarr", LABELS)
+    for words, expected, reason in [
+        (["--level", "x"], 2, "t4d: --level: 'x'; expected a number, counted from 0"),
+        (["--level", "1"], 4, "a.zarr: has 1 level, so there is no level 1"),
+        (["--region", "1:2"], 2, "t4d: --region: '1:2'; expected ranges"),
+    ]:
+        code, said = module("weave", tmp_path / "a.zarr", "--iso", "1", *words, "-o", tmp_path / "x.t4d")
+        assert code == expected and reason in said, said
+    assert module("weave", tmp_path / "a.zarr", "--iso", "1", "--level", "0", "-o", tmp_path / "x.t4d")[0] == 0
+
+
+def test_messages_name_the_path_as_it_is_given(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "nan.h5", "w") as file:
+        file["a"] = np.where(FRAMES < -2, np.nan, FRAMES)
+    code, said = module("weave", tmp_path / "nan.h5", "-o", tmp_path / "x.t4d")
+    assert code == 4 and f"t4d: {tmp_path / 'nan.h5'}: the sample (" in said, said
+
+
+@pytest.mark.parametrize("axes", ["txyz", "tzyx"])
+def test_velocities_of_any_kind_carry_the_solid(tmp_path, axes):
+    """The same mesh as from three .npy, which the program reads: a ball that moves by two voxels a frame."""
+    h5py, tifffile, zarr = map(pytest.importorskip, ("h5py", "tifffile", "zarr"))
+    order = ["txyz".index(axis) for axis in axes]
+    solid = np.stack([ball(2 * t) for t in range(3)]).transpose(order)
+    still = np.zeros_like(solid)
+    parts = [np.full_like(solid, 2 * 0.5 / 0.25), still, still]  # two voxels of 0.5 each 0.25
+    np.save(tmp_path / "a.npy", solid)
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["a"] = solid
+    for name, part in zip("uvw", parts):
+        np.save(tmp_path / f"{name}.npy", part)
+        zarr.save_array(tmp_path / f"{name}.zarr", part)
+    both = np.stack(parts, axis=1)
+    one = zarr.create_array(tmp_path / "one.zarr", shape=both.shape, dtype=both.dtype, chunks=both.shape,
+                            dimension_names=["t", "c", *axes[1:]])  # fmt: skip
+    one[:] = both
+    tzyx = [axes.index(axis) for axis in "tzyx"]
+    pages = np.stack([part.transpose(tzyx) for part in parts], axis=2)
+    tifffile.imwrite(tmp_path / "one.tif", pages, imagej=True, metadata={"axes": "TZCYX"})
+    words = ["--axes", axes, "--spacing", "0.5", "1", "1.5", "--origin=1,2,3", "--frame-time", "0.25", "--json"]
+
+    def woven(program, frames, *velocities):
+        command = [*program, "weave", tmp_path / frames, *words, "-o", tmp_path / "x.t4d", "--velocity-file",
+                   *(tmp_path / name for name in velocities)]  # fmt: skip
+        done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+        assert done.returncode == 0, done.stderr
+        report = json.loads(done.stdout)
+        counts = [report[name] for name in ("frames", "frames_in_between", "vertices", "tetrahedra")]
+        return counts, slabs(tmp_path / "x.t4d")
+
+    counts, expected = woven([BUILD / "t4d"], "a.npy", "u.npy", "v.npy", "w.npy")
+    assert counts[:2] == [9, 6]
+    for frames, *velocities in [
+        ("a.npy", "one.tif"), ("a.npy", "one.zarr"), ("a.npy", "u.zarr", "v.zarr", "w.zarr"),
+        ("a.h5", "one.zarr"), ("a.h5", "u.npy", "v.npy", "w.npy"),
+    ]:  # fmt: skip
+        found = woven([sys.executable, "-m", "t4d"], frames, *velocities)
+        assert found[0] == counts
+        assert all(np.array_equal(a, b) for one, two in zip(found[1], expected) for a, b in zip(one, two))
+
+
+def test_velocities_elsewhere_are_refused(tmp_path, array):
+    zarr = pytest.importorskip("zarr")
+    zarr.save_array(tmp_path / "u.zarr", FRAMES[:, 1:])
+    words = ["--iso", "1", "--frame-time", "1", "--velocity-file", *[tmp_path / "u.zarr"] * 3, "-o", tmp_path / "x.t4d"]
+    code, said = module("weave", array, *words)
+    assert code == 4 and "x-u.zarr.nrrd: frame 0: has velocities of 12 x 11 x 9 samples in 4 frames" in said, said
+
+
+def test_termination_is_that_of_the_program(tmp_path, array):
+    """By the same signal, and without a file."""
+    solid = np.stack([np.repeat(np.repeat(np.repeat(ball(t), 12, 0), 12, 1), 12, 2) for t in range(4)])
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "large.h5", "w") as file:
+        file["a"] = solid
+    np.save(tmp_path / "large.npy", solid)
+    ends = []
+    for command, name in (([BUILD / "t4d"], "large.npy"), ([sys.executable, "-m", "t4d"], "large.h5")):
+        out = tmp_path / f"{name}.t4d"
+        with subprocess.Popen([*command, "weave", tmp_path / name, "-o", out], stderr=subprocess.PIPE) as process:
+            for _ in range(400):
+                if any(file.name.startswith(f".{out.name}") or file == out for file in tmp_path.iterdir()):
+                    break
+                time.sleep(0.02)
+            process.send_signal(signal.SIGTERM)
+            ends.append((process.wait(20), process.stderr.read(), [f for f in tmp_path.iterdir() if "t4d" in f.name]))
+    assert ends[0] == ends[1] == (-signal.SIGTERM, b"", []), ends
 
 
 def test_what_is_no_file_is_refused(tmp_path, array):

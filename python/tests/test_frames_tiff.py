@@ -1,5 +1,6 @@
 """TIFF through tifffile, against the array that was written, Pillow and bioio's reader of OME."""
 
+import itertools
 import re
 
 import numpy as np
@@ -63,6 +64,39 @@ def test_a_tiff_is_the_array(tmp_path, name, axes, how, options, kind):
     same(frames, expected(kind))
     cut = t4d.open_frames(tmp_path / name, region="3:9,:,1:4,1:3", **options)
     same(cut, expected(kind)[1:3, 3:9, :, 1:4])
+
+
+def pages(path, planes, description="", **how):
+    """A page for each plane, in strips or tiles, and the description with the first, whatever it says."""
+    with tifffile.TiffWriter(path, **{name: how.pop(name) for name in ("bigtiff", "byteorder") if name in how}) as file:
+        for i, plane in enumerate(planes):
+            said = description.encode() if i == 0 and description else None
+            file.write(plane, photometric="minisblack", metadata=None, contiguous=False, description=said, **how)
+    return path
+
+
+def flat(axes, kind=np.uint8):
+    """The planes of these axes, one after another."""
+    return samples(axes + "YX", kind).reshape(-1, SHAPE["Y"], SHAPE["X"])
+
+
+def imagej(slices, frames, more=""):
+    return f"ImageJ=1.53t\nimages={slices * frames}\nslices={slices}\nframes={frames}\nhyperstack=true\n{more}"
+
+
+FORMS = {"classic": {"byteorder": "<"}, "big-endian": {"byteorder": ">"}, "BigTIFF": {"bigtiff": True}}
+KINDS = [np.dtype(f"{kind}{size}") for kind in "ui" for size in (1, 2, 4, 8)] + [np.dtype(f"f{n}") for n in (2, 4, 8)]
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=str)
+def test_all_types_strips_tiles_and_compressions(tmp_path, kind):
+    packed = itertools.cycle((None, "lzw", "zlib", "packbits"))
+    for form, (layout, compression) in itertools.product(FORMS.values(), zip(
+            ({"rowsperstrip": 5}, {"tile": (16, 16)}, {"rowsperstrip": 5}, {"tile": (16, 16)}), packed)):  # fmt: skip
+        path = pages(tmp_path / "a.tif", flat("TZ", kind), imagej(5, 3), compression=compression, **form, **layout)
+        frames = t4d.open_frames(path)
+        assert frames.dtype == (np.float32 if kind == np.float16 else kind)
+        same(frames, samples("TXYZ", kind))
 
 
 @pytest.mark.parametrize("order", "<>")
@@ -129,27 +163,45 @@ def test_planes_say_when_they_were_taken(tmp_path):
     assert still.times == [0, 10, 20] and any("DeltaT" in note for note in still.notes)
 
 
+def ome(order, data, channels=1, times=3, uuid=""):
+    """The description of an image whose planes are where ``data`` says."""
+    return (
+        '<?xml version="1.0" encoding="UTF-8"?><OME xmlns="http://www.openmicroscopy.org/Schemas/OME/2016-06"'
+        f'{uuid and f" UUID={chr(34)}{uuid}{chr(34)}"}><Image ID="Image:0"><Pixels ID="Pixels:0" Type="uint8" '
+        f'DimensionOrder="{order}" SizeX="21" SizeY="18" SizeZ="5" SizeC="{channels}" SizeT="{times}" '
+        f'PhysicalSizeX="0.5" PhysicalSizeY="0.5" TimeIncrement="2">{data}</Pixels></Image></OME>'
+    )
+
+
+def placed(t, z, page, c=0, file="", uuid=""):
+    inner = f'<UUID FileName="{file}">{uuid}</UUID>' if file else ""
+    return f'<TiffData FirstT="{t}" FirstC="{c}" FirstZ="{z}" IFD="{page}" PlaneCount="1">{inner}</TiffData>'
+
+
+@pytest.mark.parametrize("order", ["".join(order) for order in itertools.permutations("CZT")])
+def test_planes_of_ome_in_every_order(tmp_path, order):
+    path = pages(tmp_path / "a.ome.tif", flat(order[::-1]), ome("XY" + order, "<TiffData/>", channels=2))
+    same(t4d.open_frames(path, channel=1), expected(np.uint8))
+
+
+@pytest.mark.parametrize("file", ["", "a.ome.tif"])
+def test_ome_says_where_each_plane_is(tmp_path, file):
+    planes = [*itertools.product(range(3), range(5), range(2))]
+    np.random.default_rng(4).shuffle(planes)
+    said = "".join(placed(t, z, page, c, file, "urn:uuid:1") for page, (t, z, c) in enumerate(planes))
+    whole = samples("TZCYX", np.uint8)
+    pages(tmp_path / "a.ome.tif", [whole[t, z, c] for t, z, c in planes], ome("XYZCT", said, channels=2))
+    same(t4d.open_frames(tmp_path / "a.ome.tif", channel=1), expected(np.uint8))
+
+
 def test_an_image_in_several_files(tmp_path):
     """One file for each time, of which each has the description of all, and one that is missing."""
-    data = samples("TZYX")
+    data = samples("TZYX", np.uint8)
     names = [f"a_{t}.ome.tif" for t in range(3)]
-    blocks = "".join(
-        f'<TiffData FirstT="{t}" FirstZ="{z}" IFD="{z}" PlaneCount="1">'
-        f'<UUID FileName="{names[t]}">urn:uuid:0000000{t}-0000-0000-0000-000000000000</UUID></TiffData>'
-        for t in range(3) for z in range(5)
-    )
-    for t, name in enumerate(names):
-        xml = (
-            '<?xml version="1.0" encoding="UTF-8"?><OME xmlns="http://www.openmicroscopy.org/Schemas/OME/2016-06" '
-            f'UUID="urn:uuid:0000000{t}-0000-0000-0000-000000000000"><Image ID="Image:0"><Pixels ID="Pixels:0" '
-            'DimensionOrder="XYZCT" Type="uint16" SizeX="21" SizeY="18" SizeZ="5" SizeC="1" SizeT="3" '
-            f'PhysicalSizeX="0.5" PhysicalSizeY="0.5" TimeIncrement="2"><Channel ID="C:0"/>{blocks}'
-            "</Pixels></Image></OME>"
-        )
-        with tifffile.TiffWriter(tmp_path / name) as file:
-            for z in range(5):
-                file.write(data[t, z], photometric="minisblack", description=xml if z == 0 else None, metadata=None,
-                           contiguous=False)
+    uuids = [f"urn:uuid:0000000{t}-0000-0000-0000-000000000000" for t in range(3)]
+    said = "".join(placed(t, z, z, file=names[t], uuid=uuids[t]) for t in range(3) for z in range(5))
+    for planes, name, uuid in zip(data, names, uuids):
+        pages(tmp_path / name, planes, ome("XYZCT", said, uuid=uuid))
     same(t4d.open_frames(tmp_path / names[0]), data.transpose(0, 3, 2, 1))
     frames = t4d.open_frames([tmp_path / name for name in names])
     same(frames, data.transpose(0, 3, 2, 1))
@@ -220,6 +272,31 @@ def test_pages_without_a_description(tmp_path):
     assert "does not say how its" in refused(tmp_path / "five.tif")
 
 
+WRONG = {
+    "more slices": (imagej(6, 3), "18 planes, but 15 are there"),
+    "fewer frames": (imagej(5, 2), "10 planes, but 15 are there"),
+    "slices below 0": (imagej(-5, 3), ""),
+    "too many frames": (imagej(5, 10**20), ""),
+    "another shape": ('{"shape": [3, 6, 18, 21]}', ""),
+    "a negative shape": ('{"shape": [3, -5, 18, 21]}', ""),
+    "one plane of 15": (ome("XYZCT", placed(0, 0, 0)), "15 planes, but 1 are there"),
+    "a page behind the last": (ome("XYZCT", '<TiffData IFD="15"/>'), ""),
+    "a time behind the last": (ome("XYZCT", '<TiffData IFD="0" FirstT="3"/>'), ""),
+    "planes that are placed twice": (ome("XYZCT", '<TiffData IFD="0" PlaneCount="15"/>' + placed(0, 0, 5)), ""),
+    "files that are missing": (ome("XYZCT", placed(0, 0, 0, file="a") + placed(0, 1, 1, file="b")), "planes, but"),
+    "more times": (ome("XYZCT", "<TiffData/>", times=4), "20 planes, but 15 are there"),
+    "far more times": (ome("XYZCT", "<TiffData/>", times=2_000_000), ""),
+    "half of a description": (ome("XYZCT", "<TiffData/>")[:300], ""),
+    "nothing": ("<OME></OME>", ""),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("description, reason", WRONG.values(), ids=WRONG)
+def test_descriptions_that_pages_contradict_are_refused(tmp_path, description, reason):
+    said = refused(pages(tmp_path / "a.ome.tif", flat("TZ"), description))
+    assert "a.ome.tif" in said and reason in said
+
+
 def test_what_is_wrong_is_said(tmp_path):
     tifffile.imwrite(tmp_path / "a.tif", samples("TZCYX"), imagej=True, metadata={"axes": "TZCYX"})
     assert "has 2 channels; choose one, 0 to 1" in refused(tmp_path / "a.tif")
@@ -230,16 +307,23 @@ def test_what_is_wrong_is_said(tmp_path):
     assert str(tmp_path / "b.tif") in refused(tmp_path / "b.tif")
     with pytest.raises(t4d.FileError):
         t4d.open_frames(tmp_path / "none.tif")
-    tifffile.imwrite(tmp_path / "c.tif", samples("TZYX"), compression="zlib", metadata={"axes": "TZYX"})
-    whole = (tmp_path / "c.tif").read_bytes()
+
+
+@pytest.mark.parametrize("compression", ["lzw", "zlib"])
+def test_damage_is_an_error_or_samples(tmp_path, compression):
+    path = pages(tmp_path / "a.tif", flat("TZ"), imagej(5, 3), compression=compression)
+    whole = path.read_bytes()
+    for end in range(0, len(whole), 83):
+        path.write_bytes(whole[:end])
+        assert "a.tif" in refused(path), end
     random = np.random.default_rng(9)
-    for i in range(60):
+    for _ in range(100):
         damaged = bytearray(whole)
         for at in random.integers(0, len(whole), 3):
             damaged[at] = random.integers(256)
-        (tmp_path / "d.tif").write_bytes(damaged if i % 2 else damaged[: random.integers(len(whole))])
+        path.write_bytes(damaged)
         try:
-            for frame in t4d.open_frames(tmp_path / "d.tif"):
+            for frame in t4d.open_frames(path):
                 assert frame.ndim == 3
         except (t4d.Error, MemoryError) as error:
             assert len(str(error)) < 1000

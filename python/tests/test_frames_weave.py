@@ -1,5 +1,7 @@
 """Frames in ``t4d.weave``: the mesh is that of the array, where and when the input says."""
 
+import subprocess
+import sys
 import warnings
 
 import numpy as np
@@ -75,3 +77,41 @@ def test_losses_are_warned_of(tiff):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         t4d.weave(t4d.open_frames(tiff), iso=400)
+
+
+def dicom(folder):
+    pydicom = pytest.importorskip("pydicom", "3")
+    import dicom_series
+
+    dicom_series.classic(folder / "scan", lambda image, frame, k: setattr(image, "TriggerTime", 40 * frame))
+    return folder / "scan", max((folder / "scan").iterdir(), key=lambda file: pydicom.dcmread(file).TriggerTime)
+
+
+def ome_tiff(folder):
+    tifffile = pytest.importorskip("tifffile")
+    tifffile.imwrite(folder / "a.ome.tif", FRAMES.transpose(0, 3, 2, 1), photometric="minisblack", compression="zlib",
+                     metadata={"axes": "TZYX"})  # fmt: skip
+    return folder / "a.ome.tif", folder / "a.ome.tif"
+
+
+def zarr_array(folder):
+    zarr = pytest.importorskip("zarr", "3")
+    zarr.create_array(folder / "a.zarr", data=FRAMES, chunks=(1, 12, 11, 10), dimension_names=[*"txyz"])
+    return folder / "a.zarr", folder / "a.zarr" / "c/2/0/0/0"
+
+
+@pytest.mark.parametrize("make", [dicom, ome_tiff, zarr_array])
+def test_a_last_frame_that_is_damaged_leaves_no_file(tmp_path, make):
+    path, last = make(tmp_path)
+    (tmp_path / "out").mkdir()
+
+    def woven():
+        words = [sys.executable, "-m", "t4d", "weave", path, "--iso", "400", "-o", tmp_path / "out" / "a.t4d"]
+        done = subprocess.run(words, capture_output=True, text=True, timeout=60)
+        return done.returncode, [file.name for file in (tmp_path / "out").iterdir()], done.stderr
+
+    assert woven()[:2] == (0, ["a.t4d"])
+    (tmp_path / "out" / "a.t4d").unlink()
+    last.write_bytes(last.read_bytes()[:-200])
+    code, left, said = woven()
+    assert (code, left) == (4, []) and said.startswith(f"t4d: {tmp_path}") and said.count("\n") == 1, said

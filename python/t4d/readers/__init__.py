@@ -9,6 +9,7 @@ from typing import Any, Dict, List, Sequence, Tuple
 from t4d.errors import FileError, InvalidInput
 from t4d.readers import arrays, dicom, hdf5, itk, tiff, vtk, zarr
 from t4d.readers.volume import Choice, Volume, extension_of, natural
+from t4d.readers.zarr import shown as shown
 
 _KINDS: Dict[str, Tuple[Any, Tuple[str, ...]]] = {
     "DICOM": (dicom, (".dcm",)),
@@ -31,7 +32,9 @@ def kind_of(path: str) -> str:
     if os.path.isdir(path):
         if any(extension_of(name) == ".vdb" for name in os.listdir(path)):
             return ""
-        kinds = {"DICOM"} if next(dicom.files_in(path), "") else {kind for kind in map(kind_of, _files(path)) if kind}
+        kinds = {"DICOM"} if any(dicom.files_in(path)) else {*map(kind_of, _files(path))} - {""}
+        if not kinds and any(dicom.files_in(path, below=True)):
+            return "DICOM"  # whose reader says where it is
         return kinds.pop() if len(kinds) == 1 else ""
     if extension_of(path) == ".pvd":
         return "volumes of VTK" if vtk.lists_volumes(path) else ""
@@ -63,10 +66,14 @@ def read(paths: Sequence[str], choice: Choice) -> List[Volume]:
     notes = []
     if kind not in ("DICOM", "Zarr") and os.path.isdir(paths[0]):
         paths = [path for folder in paths for path in _files(folder) if kind_of(path) == kind]
-        notes = [f"frames are in the order of the numbers in their names, from {paths[0]} to {paths[-1]}"]
+        notes = [order_note(paths)]
     volumes: List[Volume] = module.read(paths, choice)
     volumes[0].notes[:0] = notes
     return volumes
+
+
+def order_note(paths: Sequence[str]) -> str:
+    return f"frames are in the order of the numbers in their names, from {paths[0]} to {paths[-1]}"
 
 
 def _unknown(path: str) -> Exception:
@@ -76,6 +83,12 @@ def _unknown(path: str) -> Exception:
         return InvalidInput("is read by the program alone: t4d.verbs.weave", path)
     what = "a folder that holds no frames of one kind" if os.path.isdir(path) else "of no kind that its name tells"
     return InvalidInput(f"is {what}; frames are {', '.join(known())}", path)
+
+
+def options_of(path: str) -> Tuple[str, ...]:
+    """What may choose among the samples of a path."""
+    kind = kind_of(path)
+    return tuple(_KINDS[kind][0].OPTIONS) if kind else ()
 
 
 def known() -> List[str]:

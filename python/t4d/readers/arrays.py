@@ -6,8 +6,8 @@ from typing import Any, List, Sequence
 
 import numpy as np
 
-from t4d.readers.coordinates import coordinates_of
-from t4d.readers.volume import Choice, Volume, axes_of, axis_named, choose_channel, through
+from t4d.readers.coordinates import volume_of
+from t4d.readers.volume import Choice, Volume, through
 
 OPTIONS = ("axes", "channel")
 
@@ -22,13 +22,8 @@ def read(paths: Sequence[str], choice: Choice) -> List[Volume]:
 
 def of_array(array: Any, where: str, choice: Choice) -> Volume:
     """The volume of an array of three or four axes, or five with channels. Those of xarray name their axes."""
-    names = [str(dim) for dim in getattr(array, "dims", None) or ()]
-    axes, assumed = axes_of(array.shape, names, choice, where)
-    volume = Volume(where, array.data if names else array, axes, axes_assumed=assumed)
-    choose_channel(volume, choice)
-    volume.whole = np.dtype(array.dtype).kind in "iu"
-    if names:
-        there = [dim for dim in names if axis_named(dim) and dim in array.coords]
-        found = {axis_named(dim): (array.coords[dim].values, array.coords[dim].attrs) for dim in there}
-        coordinates_of(volume, array.attrs, found)
-    return volume
+    if not getattr(array, "dims", None):
+        return volume_of(array, where, choice)
+    there = [array.coords[dim] if dim in array.coords else None for dim in array.dims]
+    coordinates = [None if one is None else (one.values, one.attrs) for one in there]
+    return volume_of(array.data, where, choice, [*map(str, array.dims)], array.attrs, coordinates)

@@ -1,32 +1,42 @@
-"""Coordinates of axes as NetCDF, HDF5 and xarray have them, and attributes that make values of samples."""
+"""Arrays with names and coordinates of axes as NetCDF, HDF5, Zarr and xarray have them, and with attributes that make
+values of samples."""
 
 from __future__ import annotations
 
-from typing import Any, Dict, Mapping, Tuple
+from typing import Any, Dict, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from t4d.errors import InvalidInput
 from t4d.readers.units import in_one_unit, unit_named
-from t4d.readers.volume import Volume
+from t4d.readers.volume import Choice, Volume, axes_of, choose_channel
 
 _UNEVEN = 1e-3  # of a step
 
+Coordinates = Optional[Tuple[Any, Mapping[str, Any]]]
+"""Values of an axis, and their attributes; None without."""
 
-def coordinates_of(
-    volume: Volume, attributes: Mapping[str, Any], coordinates: Mapping[str, Tuple[Any, Mapping[str, Any]]]
-) -> None:
-    """Puts what an array's attributes and coordinates say into the volume: places, times, units, missing values and
-    scale. Coordinates are values and attributes, by axis. Raises InvalidInput for axes that are not even."""
+
+def volume_of(
+    array: Any, where: str, choice: Choice, names: Sequence[str] = (), attributes: Mapping[str, Any] = {},
+    coordinates: Sequence[Coordinates] = (),
+) -> Volume:  # fmt: skip
+    """The volume of an array with names ("" if unknown) and coordinates of its axes: places, times, units, missing
+    values and scale. Raises InvalidInput for coordinates that are not even, and Missing as ``axes_of``."""
+    axes, assumed = axes_of(array.shape, names, choice, where)
+    volume = Volume(where, array, axes, axes_assumed=assumed)
+    choose_channel(volume, choice)
     lengths: Dict[str, float] = {}
     origins: Dict[str, float] = {}
     units: Dict[str, str] = {}
-    for axis, (values, about) in coordinates.items():
+    for axis, count, (values, about) in zip(axes, array.shape, (one or ((), {}) for one in coordinates)):
         unit = text_of(about.get("units"))
+        if np.shape(values) != (count,):
+            continue
         if axis == "t":
             _times(volume, np.asarray(values), unit)
-        elif axis != "c" and len(values):
+        elif axis != "c":
             places = np.asarray(values, np.float64)
             step = (places[-1] - places[0]) / max(1, len(places) - 1)
             if np.any(np.abs(places - places[0] - step * np.arange(len(places))) > _UNEVEN * abs(step)):
@@ -36,6 +46,7 @@ def coordinates_of(
     volume.spacing, volume.length_unit = in_one_unit(lengths, units)
     volume.origin, _ = in_one_unit(origins, units)
     _values(volume, attributes)
+    return volume
 
 
 def _times(volume: Volume, values: NDArray[Any], unit: str) -> None:

@@ -5,11 +5,11 @@ Values are those after the modality LUT or the rescale; padding (PixelPaddingVal
 
 from __future__ import annotations
 
-import dataclasses
 import datetime
 import math
 import os
-from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
+import shlex
+from typing import Any, Dict, Iterable, Iterator, List, Optional, Sequence, Tuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,20 +17,23 @@ from numpy.typing import NDArray
 from t4d.errors import InvalidInput, Unsupported
 from t4d.readers import dicom_series
 from t4d.readers.dicom_series import Image
-from t4d.readers.volume import MOST_LISTED, Choice, Missing, Volume, extension_of, library, natural, through
+from t4d.readers.volume import Choice, Missing, Volume, extension_of, library, listed, natural, through
 
 OPTIONS = ("series",)
 
 _SIGNATURE = 132  # bytes up to the end of "DICM"
+_STORED = (
+    "Rows Columns PhotometricInterpretation SamplesPerPixel BitsAllocated BitsStored HighBit PixelRepresentation"
+).split()
+"""How samples are stored, alike in all images of a series."""
 # All other elements would fill the memory for series of many files.
-_READ = (
-    "SeriesInstanceUID SeriesNumber SeriesDescription Rows Columns PhotometricInterpretation SamplesPerPixel "
-    "BitsAllocated BitsStored HighBit PixelRepresentation NumberOfFrames SharedFunctionalGroupsSequence "
+_READ = [*_STORED, *(
+    "SeriesInstanceUID SeriesNumber SeriesDescription NumberOfFrames SharedFunctionalGroupsSequence "
     "PerFrameFunctionalGroupsSequence ImagePositionPatient ImageOrientationPatient PixelSpacing ModalityLUTSequence "
     "RescaleSlope RescaleIntercept PixelPaddingValue PixelPaddingRangeLimit TemporalPositionIdentifier "
     "TemporalResolution TriggerTime FrameReferenceTime AcquisitionDateTime AcquisitionTime AcquisitionDate ContentTime "
     "ContentDate"
-).split()
+).split()]  # fmt: skip
 
 
 def has_signature(path: str) -> bool:
@@ -41,18 +44,25 @@ def has_signature(path: str) -> bool:
         return False
 
 
-def files_in(folder: str) -> Iterator[str]:
-    """Files of images in the folder or, if there are none, in those below it. One that cannot be read may be one."""
-    found = False
-    for place, _, names in os.walk(folder):
+def files_in(folder: str, below: bool = False) -> Iterator[str]:
+    """Files of images in the folder, and in those below it. One that cannot be read may be one."""
+    for place, folders, names in os.walk(folder):
         for path in (os.path.join(place, name) for name in names if name != "DICOMDIR"):
             if os.path.isfile(path) and (
-                has_signature(path) or extension_of(path) == ".dcm" or not os.access(path, os.R_OK)
+                extension_of(path) == ".dcm" or not os.access(path, os.R_OK) or has_signature(path)
             ):
-                found = True
                 yield path
-        if found and place == folder:
-            return
+        folders[:] = sorted(folders, key=natural) if below else []
+
+
+def _files(folder: str) -> List[str]:
+    """Those of images in the folder itself."""
+    files = sorted(files_in(folder), key=natural)
+    if files:
+        return files
+    inner = os.path.dirname(next(files_in(folder, below=True)))
+    said = f"holds no DICOM images, but a folder in it does: python3 -m t4d weave {shlex.quote(inner)}"
+    raise InvalidInput(said, folder)
 
 
 def _pydicom(where: str, module: str = "pydicom") -> Any:
@@ -62,11 +72,9 @@ def _pydicom(where: str, module: str = "pydicom") -> Any:
 
 def read(paths: Sequence[str], choice: Choice) -> List[Volume]:
     """One volume of one series. ``choice.series`` is its SeriesInstanceUID or SeriesNumber."""
-    files = [file for path in paths
-             for file in (sorted(files_in(path), key=natural) if os.path.isdir(path) else [path])]  # fmt: skip
     series: Dict[str, List[Tuple[str, Any]]] = {}
     empty: List[str] = []
-    for file in files:
+    for file in (file for path in paths for file in (_files(path) if os.path.isdir(path) else [path])):
         with through(file):
             forced = extension_of(file) == ".dcm"
             header = _pydicom(file).dcmread(file, stop_before_pixels=True, force=forced, specific_tags=[*_READ])
@@ -76,20 +84,25 @@ def read(paths: Sequence[str], choice: Choice) -> List[Volume]:
                 empty.append(file)
     if not series:
         raise InvalidInput("holds no DICOM images", paths[0])
+    files = _chosen(series, choice.series, paths[0])
+    first, header = files[0]
+    with through(first):
+        kind, span = _stored_as(header, first)
+    size = int(header.Rows), int(header.get("Columns", 0))
+    inverted = header.PhotometricInterpretation == "MONOCHROME1"
     images: List[Image] = []
-    layouts: List[Tuple[str, _Layout]] = []
-    for file, header in _chosen(series, choice.series, paths[0]):
+    for file, header in files:
         with through(file):
-            layouts.append((file, _layout(header, file)))
+            for name in _STORED:
+                own, other = header.get(name), files[0][1].get(name)
+                if own != other:
+                    raise InvalidInput(f"its {name} is {own}, but {other} in {first} of the same series", file)
             images += _images(header, file)
-    for file, layout in layouts:
-        if layout != layouts[0][1]:
-            raise InvalidInput(f"has {layout}, but {layouts[0][0]} in the same series has {layouts[0][1]}", file)
     volume = dicom_series.arrange(images, paths[0])
-    volume.array = _Planes(volume.array, layouts[0][1], _dtype(images, layouts[0][1]))
-    volume.whole = layouts[0][1].kind != "f"
+    volume.array = _Planes(volume.array, size, span, _dtype(images, kind, span))
+    volume.whole = kind.kind != "f"
     volume.padded = any(image.padding is not None for image in images)
-    if layouts[0][1].inverted:
+    if inverted:
         volume.notes.append("its samples are shown inverted (MONOCHROME1); they are taken as they are stored")
     if empty:
         volume.notes.append(f"files without an image: {len(empty)}, the first {empty[0]}")
@@ -106,54 +119,29 @@ def _chosen(series: Dict[str, List[Tuple[str, Any]]], wanted: Any, where: str) -
         f"{numbers[uid] or 'no number'} '{header.get('SeriesDescription', '')}' of {len(series[uid])} files, {uid}"
         for uid, header in about.items()
     ]
-    more = f"; and {len(lines) - MOST_LISTED} more" if len(lines) > MOST_LISTED else ""
     said = f"holds {'several' if found else 'no'} series '{wanted}'; there are"
     said = f"holds {len(series)} series, of which one can be read at a time" if wanted is None else said
-    listed = "; ".join(lines[:MOST_LISTED]) + more
-    raise Missing(f"{said}: {listed}", where, "series", "NUMBER, or the UID of a series")
+    raise Missing(f"{said}: {listed(lines, '; ')}", where, "series", "NUMBER, or the UID of a series")
 
 
-@dataclasses.dataclass
-class _Layout:
-    """How the samples of a file are stored."""
-
-    columns: int
-    rows: int
-    bits: int
-    stored: int
-    kind: str
-    """Of numpy: "u", "i" or "f"."""
-    inverted: bool
-
-    @property
-    def span(self) -> Tuple[float, float]:
-        """The least and the largest whole number that can be stored."""
-        least = -(2.0 ** (self.stored - 1)) if self.kind == "i" else 0.0
-        return least, least + 2.0**self.stored - 1
-
-    def __str__(self) -> str:
-        inverted = ", inverted (MONOCHROME1)" if self.inverted else ""
-        kind = f"{self.kind}{max(8, self.bits) // 8}"
-        return f"{self.columns} columns and {self.rows} rows of type {kind} with {self.stored} bits{inverted}"
-
-
-def _layout(header: Any, file: str) -> _Layout:
-    photometric = str(header.get("PhotometricInterpretation", ""))
-    if not photometric.startswith("MONOCHROME") or header.get("SamplesPerPixel", 1) != 1:
-        raise InvalidInput(f"has the colours '{photometric}', expected grey values (MONOCHROME2)", file)
+def _stored_as(header: Any, file: str) -> Tuple[np.dtype[Any], Tuple[float, float]]:
+    """The type of stored samples, and the least and the largest whole number that it can be."""
+    colours = str(header.get("PhotometricInterpretation", ""))
+    if not colours.startswith("MONOCHROME") or header.get("SamplesPerPixel", 1) != 1:
+        raise InvalidInput(f"has the colours '{colours}', expected grey values (MONOCHROME2)", file)
     bits = int(header.get("BitsAllocated", 0))
-    kind = "ui"[int(header.PixelRepresentation)] if "PixelRepresentation" in header else "f" if bits >= 32 else "u"
     stored = int(header.get("BitsStored", bits))
     high = int(header.get("HighBit", stored - 1))
     if bits not in (1, 8, 16, 32, 64) or not 0 < stored <= bits or high != stored - 1:
         raise InvalidInput(f"has samples of {bits} bits, of which {stored} count, up to bit {high}", file)
-    return _Layout(int(header.get("Columns", 0)), int(header.Rows), bits, stored, kind, photometric == "MONOCHROME1")
+    kind = "ui"[int(header.PixelRepresentation)] if "PixelRepresentation" in header else "f" if bits >= 32 else "u"
+    least = -(2.0 ** (stored - 1)) if kind == "i" else 0.0
+    return np.dtype(f"{kind}{max(8, bits) // 8}"), (least, least + 2.0**stored - 1)
 
 
 def _images(header: Any, file: str) -> Iterator[Image]:
     """The images of a file, with what its functional groups say of each."""
     count = int(header.get("NumberOfFrames", 1) or 1)
-    shared = [*header.get("SharedFunctionalGroupsSequence", [])][:1]
     groups = header.get("PerFrameFunctionalGroupsSequence")
     if not groups and count > 1:
         raise InvalidInput(
@@ -162,88 +150,81 @@ def _images(header: Any, file: str) -> Iterator[Image]:
         )  # fmt: skip
     if groups and count != len(groups):
         raise InvalidInput(f"has {count} frames, but describes {len(groups)}", file)
-    for number, group in enumerate(groups or [None]):
-        yield _image(_Found([group, *shared, header] if groups else [*shared, header]), file, number if groups else -1)
+    own = [element for element in header if not element.keyword.endswith("FunctionalGroupsSequence")]
+    said = {**_said(own), **_said(*header.get("SharedFunctionalGroupsSequence", [])[:1])}
+    lut = header if "ModalityLUTSequence" in header else None
+    for number, group in enumerate(groups or [[]]):
+        yield _image({**said, **_said(group)}, lut, file, number if groups else -1)
 
 
-class _Found:
-    """What the first of some data sets says that says it, in a sequence of one item or itself."""
-
-    def __init__(self, sets: List[Any]) -> None:
-        self.sets = sets
-
-    def __call__(self, name: str, sequence: str = "-") -> Any:
-        places = [place for one in self.sets for place in (*[*one.get(sequence, [])][:1], one)]
-        return next((place[name].value for place in places if name in place and place[name].value is not None), None)
-
-    def number(self, name: str, sequence: str = "-") -> Optional[float]:
-        found = self(name, sequence)
-        return None if found in (None, "") else float(found)
-
-    def numbers(self, name: str, sequence: str, count: int) -> Optional[NDArray[np.float64]]:
-        found = self(name, sequence)
-        numbers = np.array([] if found in (None, "") else found, np.float64)
-        return numbers if numbers.shape == (count,) and np.all(np.isfinite(numbers)) else None
+def _said(*sets: Iterable[Any]) -> Dict[str, Any]:
+    """What elements say that have a value, by their names; those in the first item of a sequence, too."""
+    said: Dict[str, Any] = {}
+    for element in (element for one in sets for element in one):
+        if element.VR == "SQ":
+            said.update(_said(*element.value[:1]))
+        elif element.value not in (None, ""):
+            said[element.keyword] = element.value
+    return said
 
 
-def _image(found: _Found, file: str, number: int) -> Image:
-    position = found.numbers("ImagePositionPatient", "PlanePositionSequence", 3)
-    orientation = found.numbers("ImageOrientationPatient", "PlaneOrientationSequence", 6)
-    spacing = found.numbers("PixelSpacing", "PixelMeasuresSequence", 2)
+def _image(said: Dict[str, Any], lut: Any, file: str, number: int) -> Image:
+    def numbers(name: str, count: int) -> Optional[NDArray[np.float64]]:
+        found = np.array(said.get(name, ()), np.float64)
+        return found if found.shape == (count,) and np.all(np.isfinite(found)) else None
+
+    position, orientation = numbers("ImagePositionPatient", 3), numbers("ImageOrientationPatient", 6)
+    spacing = numbers("PixelSpacing", 2)
     if position is None or orientation is None:
-        said = "does not say where its image is in space (ImagePositionPatient and ImageOrientationPatient)"
-        raise InvalidInput(said, file)
+        where = "does not say where its image is in space (ImagePositionPatient and ImageOrientationPatient)"
+        raise InvalidInput(where, file)
     if spacing is None or not np.all(spacing > 0):
         raise InvalidInput("does not say how far apart its samples are (PixelSpacing)", file)
-    lut = found.sets[-1] if found("ModalityLUTSequence") else None
-    slope, intercept = (
-        None if lut is not None else found.number(name, "PixelValueTransformationSequence")
-        for name in ("RescaleSlope", "RescaleIntercept")
-    )  # fmt: skip
+    slope, intercept = (None if lut is not None else said.get(name) for name in ("RescaleSlope", "RescaleIntercept"))
     if (slope is None) != (intercept is None) or slope == 0:
         raise InvalidInput(f"scales its samples by '{slope}' and adds '{intercept}'", file)
-    scale = (1.0, 0.0) if slope is None or intercept is None else (slope, intercept)
-    return Image(file, number, position, orientation, spacing, scale, lut, _padding(found), _times(found))
+    scale = (1.0, 0.0) if slope is None or intercept is None else (float(slope), float(intercept))
+    return Image(file, number, position, orientation, spacing, scale, lut, _padding(said), _times(said))
 
 
-def _padding(found: _Found) -> Optional[Tuple[float, float]]:
+def _padding(said: Dict[str, Any]) -> Optional[Tuple[float, float]]:
     """The range of stored values that are no data. Some writers give signed values as unsigned ones."""
-    ends = [end for end in map(found, ("PixelPaddingValue", "PixelPaddingRangeLimit")) if isinstance(end, (int, float))]
-    if found("PixelPaddingValue") is None or not ends:
+    ends = [said.get(name) for name in ("PixelPaddingValue", "PixelPaddingRangeLimit")]
+    known = [end for end in ends if isinstance(end, (int, float))]
+    if ends[0] is None or not known:
         return None
-    if found("PixelRepresentation") == 1:
-        bits = int(found("BitsAllocated"))
-        ends = [end - 2**bits if end >= 2 ** (bits - 1) else end for end in ends]
-    return float(min(ends)), float(max(ends))
+    if said.get("PixelRepresentation") == 1:
+        bits = int(said["BitsAllocated"])
+        known = [end - 2**bits if end >= 2 ** (bits - 1) else end for end in known]
+    return float(min(known)), float(max(known))
 
 
-def _times(found: _Found) -> Dict[str, float]:
+def _times(said: Dict[str, Any]) -> Dict[str, float]:
     """By the names of dicom_series.TIMES: seconds, percent of a cycle, or numbers."""
-    position, apart = found.number("TemporalPositionIdentifier"), found.number("TemporalResolution")
-    offset = found.number("TemporalPositionTimeOffset", "TemporalPositionSequence")
-    trigger = found.number("NominalCardiacTriggerDelayTime", "CardiacSynchronizationSequence")
-    trigger = found.number("TriggerTime") if trigger is None else trigger
-    reference = found.number("FrameReferenceTime")
-    index = found.number("TemporalPositionIndex", "FrameContentSequence")
-    taken = [found(f"{name}DateTime", "FrameContentSequence")
-             for name in ("FrameAcquisition", "FrameReference", "Acquisition")]  # fmt: skip
-    acquired = next((_moment(text) for text in taken if text), None)
+
+    def number(*names: str) -> float:
+        return next((float(said[name]) for name in names if name in said), math.nan)
+
+    position = number("TemporalPositionIdentifier")
+    apart = number("TemporalResolution") or math.nan
+    taken = [f"{name}DateTime" for name in ("FrameAcquisition", "FrameReference", "Acquisition")]
+    moment = next((_moment(said[name]) for name in taken if name in said), math.nan)
     times = (
-        None if trigger is None else trigger / 1000,
-        (position - 1) * apart / 1000 if offset is None and position is not None and apart else offset,
-        found.number("NominalPercentageOfCardiacPhase", "CardiacSynchronizationSequence"),
-        found.number("NominalPercentageOfRespiratoryPhase", "RespiratorySynchronizationSequence"),
-        None if reference is None else reference / 1000,
-        _moment(found("AcquisitionTime"), found("AcquisitionDate")) if acquired is None else acquired,
-        _moment(found("ContentTime"), found("ContentDate")),
-        position if index is None else index,
+        number("NominalCardiacTriggerDelayTime", "TriggerTime") / 1000,
+        number("TemporalPositionTimeOffset") if "TemporalPositionTimeOffset" in said else (position - 1) * apart / 1000,
+        number("NominalPercentageOfCardiacPhase"),
+        number("NominalPercentageOfRespiratoryPhase"),
+        number("FrameReferenceTime") / 1000,
+        _moment(said.get("AcquisitionTime"), said.get("AcquisitionDate")) if math.isnan(moment) else moment,
+        _moment(said.get("ContentTime"), said.get("ContentDate")),
+        number("TemporalPositionIndex", "TemporalPositionIdentifier"),
     )
-    return {name: t for name, t in zip(dicom_series.TIMES, times) if t is not None and math.isfinite(t)}
+    return {name: time for name, time in zip(dicom_series.TIMES, times) if math.isfinite(time)}
 
 
-def _moment(text: Any, date: Any = None) -> Optional[float]:
+def _moment(text: Any, date: Any = None) -> float:
     """Seconds of a date and time, YYYYMMDDHHMMSS.FFFFFF&ZZXX, or of HHMMSS.FFFFFF on a date or, without one, of
-    1970-01-01; None for what is none."""
+    1970-01-01; NaN for what is none."""
     valuerep = _pydicom("", "pydicom.valuerep")
     try:
         if len(str(text).split(".")[0]) >= 10:
@@ -252,35 +233,35 @@ def _moment(text: Any, date: Any = None) -> Optional[float]:
             day = valuerep.DA(str(date)) if date else datetime.date(1970, 1, 1)
             moment = datetime.datetime.combine(day, valuerep.TM(str(text).replace(":", "")))
     except (ValueError, TypeError):
-        return None
+        return math.nan
     return float((moment if moment.tzinfo else moment.replace(tzinfo=datetime.timezone.utc)).timestamp())
 
 
-def _dtype(images: List[Image], layout: _Layout) -> np.dtype[Any]:
+def _dtype(images: List[Image], kind: np.dtype[Any], span: Tuple[float, float]) -> np.dtype[Any]:
     """The smallest type that holds all values as they are; float64 for those that are scaled to fractions."""
     scales = {image.scale for image in images}
     luts = [image.lut for image in images if image.lut is not None]
-    stored = np.dtype(f"{layout.kind}{max(8, layout.bits) // 8}")
-    if layout.kind == "f" or not all(number == int(number) for scale in scales for number in scale):
-        return stored if scales == {(1.0, 0.0)} and not luts else np.dtype(np.float64)
-    ends = [slope * end + intercept for slope, intercept in scales for end in layout.span]
+    plain = scales == {(1.0, 0.0)} and not luts
+    if kind.kind == "f" or not all(number == int(number) for scale in scales for number in scale):
+        return kind if plain else np.dtype(np.float64)
+    ends = [slope * end + intercept for slope, intercept in scales for end in span]
     ends += [end for lut in luts for end in (0.0, 2.0 ** int(lut.ModalityLUTSequence[0].LUTDescriptor[2]) - 1)]
+    low, high = int(min(ends)), int(max(ends))
     if any(image.padding is not None for image in images):
-        return np.dtype(np.float32 if max(-min(ends), max(ends)) <= 2**24 else np.float64)
-    if scales == {(1.0, 0.0)} and not luts:
-        return stored
-    limits = {name: np.iinfo(name) for name in ("u1", "i1", "u2", "i2", "u4", "i4")}
-    fitting = (name for name, limit in limits.items() if limit.min <= min(ends) and max(ends) <= limit.max)
-    return np.dtype(next(fitting, "f8"))
+        return np.dtype(np.float32 if max(-low, high) <= 2**24 else np.float64)
+    fitting = np.min_scalar_type(min(low, -high - 1) if low < 0 else high)
+    return kind if plain else fitting if fitting.itemsize <= 4 else np.dtype(np.float64)
 
 
 class _Planes:
     """The samples (t, z, y, x) of images, each plane read when it is asked for."""
 
-    def __init__(self, images: List[List[Image]], layout: _Layout, dtype: np.dtype[Any]) -> None:
+    def __init__(
+        self, images: List[List[Image]], size: Tuple[int, int], span: Tuple[float, float], dtype: np.dtype[Any]
+    ) -> None:
         """``images`` of each frame, slice by slice."""
-        self._images, self._layout, self.dtype = images, layout, dtype
-        self.shape = (len(images), len(images[0]), layout.rows, layout.columns)
+        self._images, self._span, self.dtype = images, span, dtype
+        self.shape = (len(images), len(images[0]), *size)
 
     def __getitem__(self, at: Tuple[int, slice, slice, slice]) -> NDArray[Any]:
         images = self._images[at[0]][at[1]]
@@ -294,9 +275,9 @@ class _Planes:
 
     def _stored(self, file: str, images: List[Image]) -> Iterator[NDArray[Any]]:
         """The planes of images of one file. Padding may have bits that do not count."""
-        least, most = self._layout.span
         paddings = [end for image in images for end in image.padding or ()]
-        given = {} if all(least <= end <= most for end in paddings) else {"correct_unused_bits": False}
+        valid = all(self._span[0] <= end <= self._span[1] for end in paddings)
+        given = {} if valid else {"correct_unused_bits": False}
         source = _pydicom(file).dcmread(file, force=True) if images[0].number < 0 else file
         numbers = [max(0, image.number) for image in images]
         try:

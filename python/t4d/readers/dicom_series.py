@@ -114,8 +114,8 @@ def _slices(images: List[Image], normal: NDArray[np.float64], where: str) -> Lis
             f"is {gaps[i]:.6g} mm from the slice of {slices[i][0].file}, but other slices are {usual:.6g} mm apart: "
             "slices that are not equally far apart cannot be read", slices[i + 1][0].file,
         )  # fmt: skip
-    for i, image in ((i, image) for i, place in enumerate(slices) for image in place):
-        beside = float(np.linalg.norm(image.position - (slices[0][0].position + i * _step(slices))))
+    for number, image in ((number, image) for number, place in enumerate(slices) for image in place):
+        beside = float(np.linalg.norm(image.position - (slices[0][0].position + number * _step(slices))))
         if beside > tolerance:
             said = f"is {beside:.6g} mm beside the line on which the slices of the series are"
             raise InvalidInput(f"{said}: it is not one volume over time", image.file)

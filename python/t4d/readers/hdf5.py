@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-from typing import Any, Dict, List, Mapping, Sequence, Tuple
+from typing import Any, Dict, List, Sequence
 
 import numpy as np
 
 from t4d.errors import InvalidInput
-from t4d.readers.coordinates import coordinates_of, text_of
-from t4d.readers.volume import MOST_LISTED, Choice, Missing, Volume, axes_of, choose_channel, library, through
+from t4d.readers.coordinates import Coordinates, text_of, volume_of
+from t4d.readers.volume import Choice, Missing, Volume, library, listed, through
 
 OPTIONS = ("axes", "channel", "dataset")
 
@@ -38,7 +38,8 @@ def _read(path: str, choice: Choice) -> Volume:
                 raise InvalidInput("is NetCDF 3, which is not HDF5; `nccopy -k nc4 IN OUT` converts it", path)
         with h5py.File(path, "r") as file:
             array = _array(h5py, file, choice, path)
-            volume = of_array(array, path, choice, _Array(h5py, path, array))
+            volume = of_array(array, path, choice)
+            volume.array = _Array(h5py, path, array)
             if choice.dataset is None:
                 volume.notes.append(f"'{array.name[1:]}' is used, the only volume in {path}")
             return volume
@@ -58,31 +59,28 @@ def _array(h5py: Any, file: Any, choice: Choice, path: str) -> Any:
     (file if chosen is None else chosen).visititems(visit)
     if len(found) == 1 and chosen is not None:
         return next(iter(found.values()))
-    more = f", and {len(found) - MOST_LISTED} more" if len(found) > MOST_LISTED else ""
-    listed = ", ".join(f"{name[1:]} {part.shape}" for name, part in [*found.items()][:MOST_LISTED]) + more
+    named = listed([f"{name[1:]} {part.shape}" for name, part in found.items()])
     several = f"has {len(found)} arrays, of which one is read"
     said = f"has no array '{choice.dataset}'" if chosen is None else several
-    raise Missing(f"{said}: {listed or 'none has three or four axes'}", path, "dataset", "PATH")
+    raise Missing(f"{said}: {named or 'none has three or four axes'}", path, "dataset", "PATH")
 
 
-def of_array(array: Any, where: str, choice: Choice, stored: Any = None) -> Volume:
-    """The volume of an array of a file that is open; ``stored`` reads its samples, by default itself."""
+def of_array(array: Any, where: str, choice: Choice) -> Volume:
+    """The volume of an array of a file that is open."""
     scales = [dim[0] if len(dim) else None for dim in array.dims]
     names = [dim.label or (dim[0].name.rpartition("/")[2] if len(dim) else "") for dim in array.dims]
     attributes = dict(array.attrs)
     if "axistags" in attributes and not any(names):  # of vigra and ilastik
         names = [str(axis.get("key", "")) for axis in json.loads(text_of(attributes["axistags"])).get("axes", [])]
-    axes, assumed = axes_of(array.shape, names, choice, where)
-    volume = Volume(where, array if stored is None else stored, axes, axes_assumed=assumed)
-    choose_channel(volume, choice)
-    found: Dict[str, Tuple[Any, Mapping[str, Any]]] = {}
-    for axis, count, scale in zip(axes, array.shape, scales):
-        # Dimensions of NetCDF without values are only names.
-        named = scale is None or text_of(scale.attrs.get("NAME")).startswith("This is a netCDF dimension but not")
-        if scale is not None and not named and scale.shape == (count,):
-            found[axis] = scale[:], dict(scale.attrs)
-    coordinates_of(volume, attributes, found)
+    volume = volume_of(array, where, choice, names, attributes, [*map(_coordinates, scales)])
     sizes = np.ravel(attributes.get("element_size_um", ()))  # of Fiji, (z, y, x)
     if len(sizes) == 3 and not volume.spacing:
         volume.spacing, volume.length_unit = dict(zip("zyx", map(float, sizes))), "um"
     return volume
+
+
+def _coordinates(scale: Any) -> Coordinates:
+    """Of a dimension scale; those of NetCDF without values are only names."""
+    if scale is None or text_of(scale.attrs.get("NAME")).startswith("This is a netCDF dimension but not"):
+        return None
+    return scale[()], dict(scale.attrs)

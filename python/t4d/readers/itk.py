@@ -43,7 +43,9 @@ def of_nibabel(image: Any, where: str) -> Volume:
     """Of an image of nibabel: its samples are read, and scaled, when they are asked for."""
     if len(image.shape) not in (3, 4):
         raise InvalidInput(f"has {len(image.shape)} axes; expected x, y, z and perhaps t", where)
-    volume = Volume(where, image.dataobj, "xyzt"[: len(image.shape)], length_unit="mm", space="RAS")
+    time_first = len(image.shape) == 4 and type(image).__name__.startswith("Minc")
+    axes = "txyz" if time_first else "xyzt"[: len(image.shape)]
+    volume = Volume(where, image.dataobj, axes, length_unit="mm", space="RAS")
     volume.affine = np.asarray(image.affine, np.float64)
     stored = np.dtype(image.get_data_dtype())
     proxy = image.dataobj
@@ -52,6 +54,7 @@ def of_nibabel(image: Any, where: str) -> Volume:
     volume.values = lambda samples: np.asarray(samples, volume.dtype)
     volume.whole = stored.kind in "iu"
     zooms = image.header.get_zooms()
+    zooms = (*zooms[1:], zooms[0]) if time_first else zooms
     if len(zooms) > 3 and zooms[3] > 0:
         volume.frame_time = float(f"{zooms[3]:.7g}")  # of float32
         volume.time_unit = "ms" if extension_of(where) in (".mgz", ".mgh") else ""

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 import math
 import os
 import xml.etree.ElementTree as ElementTree
-from typing import Any, Dict, List, Sequence, Tuple
+from typing import Any, Dict, Iterator, List, Sequence, Tuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,14 +31,34 @@ def read(paths: Sequence[str], choice: Choice) -> List[Volume]:
     return [first, *(_read(path, choice, True) for path in paths[1:])]
 
 
+@contextlib.contextmanager
+def _whole(path: str) -> Iterator[None]:
+    """Raises InvalidInput for errors that tifffile logs: it leaves out pages that are cut off."""
+    said: List[str] = []
+
+    def emit(record: logging.LogRecord) -> None:
+        if record.levelno >= logging.ERROR or "invalid page" in record.getMessage():  # once a warning
+            said.append(record.getMessage())
+
+    handler = logging.Handler()
+    handler.emit = emit  # type: ignore[method-assign]
+    logging.getLogger("tifffile").addHandler(handler)
+    try:
+        yield
+    except Exception:
+        if not said:
+            raise
+    finally:
+        logging.getLogger("tifffile").removeHandler(handler)
+    if said:
+        raise InvalidInput(f"is damaged or cut off: {said[0].rpartition('> ')[2]}", path)
+
+
 def _read(path: str, choice: Choice, is_frame: bool) -> Volume:
     tifffile = library("tifffile", "tiff", path, "TIFF")
-    with through(path), tifffile.TiffFile(path) as file:
+    with through(path), _whole(path), tifffile.TiffFile(path) as file:
         names = [str(series.name) for series in file.series]
-        number = number_of(0 if choice.series is None else choice.series, names)
-        if number < 0:
-            said = f"has {len(names)} images ({', '.join(names)}), and none is {choice.series}"
-            raise Missing(said, path, "series", "NUMBER, counted from 0")
+        number = number_of("series", choice.series, names, path)
         pages = _Pages(file, file.series[number], path)
         axes, assumed = _axes(pages, choice, path)
         volume = Volume(path, pages, axes, axes_assumed=assumed, whole=pages.dtype.kind in "iu", notes=pages.notes)
@@ -64,7 +85,6 @@ class _Pages:
 
     def __init__(self, file: Any, series: Any, path: str) -> None:
         self.key = key = series.keyframe
-        self._path = path
         self.notes: List[str] = []
         # Of one plane, too; until version 2026.11 behind functions.
         whole = hasattr(series, "get_axes")
@@ -72,6 +92,7 @@ class _Pages:
         self.all_sizes = series.get_shape(False) if whole else series.shape
         several = [(a, int(n)) for a, n in zip(self.all_letters, self.all_sizes) if n > 1 or a in "yx"]
         self.letters = "".join(axis for axis, _ in several)
+        """Of axes that have several samples."""
         if not self.letters.endswith(("yx", "yxs")):
             raise InvalidInput(f"has the axes '{self.letters}'; the last ones must be those of pages, yx", path)
         shape = [n for _, n in several]
@@ -88,17 +109,27 @@ class _Pages:
         if int(key.photometric) == _MINISWHITE:
             unsigned = self.dtype.kind == "u"
             self._white = 2 ** min(int(key.bitspersample), 8 * self.dtype.itemsize) - 1 if unsigned else 0
-            done = "are inverted" if unsigned else "they are taken as they are stored"
-            self.notes.append(f"its samples are shown inverted (MINISWHITE): {done}")
+            done = "its samples were inverted" if unsigned else "its samples are not inverted, for they have signs"
+            self.notes.append(f"in the file, small values are white (MINISWHITE): {done}")
         # Planes that follow one another without compression, as those of ImageJ's files above 4 GiB.
         count = math.prod(self._planes)
-        self._mapped = series.dataoffset if count > 1 else None
-        self._order = file.byteorder
-        self._pages = [] if self._mapped is not None else list(series.pages)
-        there = [page for page in self._pages if page is not None]
-        self.files = {page.parent.filehandle.path for page in there} | {path}
-        if self._mapped is None and len(there) != count:
-            raise InvalidInput(f"its description says that it has {count} planes, but {len(there)} are there", path)
+        self._mapped: Any = None
+        self._pages: List[Any] = []
+        if count > 1 and series.dataoffset is not None:
+            there = count if len(file.pages) == 1 else min(count, len(file.pages))
+            end = series.dataoffset + count * math.prod(self._stored) * self.dtype.itemsize
+            if os.path.getsize(path) < end:
+                raise InvalidInput(f"is cut off: it has {os.path.getsize(path)} bytes; its samples end at {end}", path)
+            stored: Any = self.dtype.newbyteorder(file.byteorder)
+            self._mapped = np.memmap(path, stored, "r", series.dataoffset, (count, *self._stored))
+        else:
+            self._pages = [page for page in series.pages if page is not None]
+            there = len(self._pages)
+            if len({(page.parent.filehandle.path, page.offset) for page in self._pages}) < there:
+                raise InvalidInput("its description uses a page for two planes", path)
+        if there != count:
+            raise InvalidInput(f"its description says that it has {count} planes, but {there} are there", path)
+        self.files = {page.parent.filehandle.path for page in self._pages} | {path}
 
     def __getitem__(self, at: Tuple[Any, ...]) -> NDArray[Any]:
         planes, rest = at[: len(self._planes)], at[len(self._planes) :]
@@ -113,17 +144,20 @@ class _Pages:
 
     def _page(self, number: int) -> NDArray[Any]:
         """A plane (y, x) or (y, x, sample), with the first row at the top and the first column at the left."""
-        if self._mapped is None:
-            plane = np.asarray(self._pages[number].asarray())
-        else:
-            stored = self.dtype.newbyteorder(self._order)
-            offset = self._mapped + number * math.prod(self._stored) * stored.itemsize
-            plane = np.fromfile(self._path, stored, math.prod(self._stored), offset=offset)
-        plane = plane.reshape(self._stored)
+        plane = self._pages[number].asarray() if self._mapped is None else self._mapped[number]
+        plane = np.reshape(plane, self._stored)
         plane = plane.swapaxes(0, 1) if self.swapped else plane
         plane = plane[::-1] if self._orientation in (3, 4, 7, 8) else plane
         plane = plane[:, ::-1] if self._orientation in (2, 3, 6, 7) else plane
         return np.asarray(self._white - plane if self._white else plane, self.dtype)
+
+
+    def as_one_axis(self) -> str:
+        """Makes one axis of those of pages, whatever they are; returns the letters of all."""
+        self._planes = (math.prod(self._planes),)
+        self.shape = (*self._planes, *self.shape[-len(self._stored) :])
+        self.letters = "p" + self.letters[-len(self._stored) :]
+        return self.letters
 
 
 def _axes(pages: _Pages, choice: Choice, path: str) -> Tuple[str, bool]:
@@ -134,11 +168,15 @@ def _axes(pages: _Pages, choice: Choice, path: str) -> Tuple[str, bool]:
     if given is not None and len(given) == len(pages.all_letters) > len(named):
         several = zip(given, pages.all_letters, pages.all_sizes)
         given = "".join(axis for axis, letter, count in several if count > 1 or letter in "yx")
-    assumed = given is None and not set(named) <= set("tczyx") and len(named) in (3, 4)
+    unnamed = not set(named) <= set("tczyx")
+    if unnamed and given is not None and len(given) < len(named) and given.endswith(("yx", "yxc")):
+        named = pages.as_one_axis()  # as tyx: each page is a frame
+    assumed = given is None and unnamed and len(named) in (3, 4)
     axes = "tzyx"[-len(named) :] if assumed else named if given is None else given
     if len(axes) != len(named) or not axes.endswith(("yx", "yxc")) or not usable(axes):
         counts = " x ".join(str(n) for n in pages.shape[:-2])
-        said = f"does not say how its {counts} pages are arranged: its axes are '{pages.letters}'"
+        given = "" if given is None else f", to which '{given}' does not fit"
+        said = f"does not say how its {counts} pages are arranged: its axes are '{pages.letters}'{given}"
         raise Missing(said, path, "axes", "ORDER, as in --axes tzyx")
     return axes, assumed
 

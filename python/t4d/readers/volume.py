@@ -17,17 +17,20 @@ from t4d.errors import Error, FileError, InvalidInput, Unsupported
 
 Box = Tuple[slice, ...]
 """Samples along x, y and z."""
+Named = Union[None, int, str]
+"""A number counted from 0, or a name."""
 
 _KEPT_BYTES = 1 << 28  # of frames that share chunks
-MOST_LISTED = 20
+_MOST_CHUNKS = 1 << 20
+_MOST_LISTED = 20
+_MOST_SAID = 300  # characters of another library
 
 
-class WrongOption(TypeError):
-    """An option that the input has no use for; the message is "OPTION REASON"."""
+class WrongOption(TypeError, ValueError):
+    """An option that is not for the input, or that has no such value; the message begins with its name."""
 
     def __init__(self, option: str, reason: str) -> None:
         super().__init__(f"{option} {reason}")
-        self.option, self.reason = option, reason
 
 
 class Missing(InvalidInput):
@@ -45,16 +48,16 @@ class Choice:
     """What is to be read of the input, as of ``open_frames``; None for what is not chosen."""
 
     axes: Optional[str] = None
-    channel: Union[None, int, str] = None
-    level: Union[None, int, str] = None
-    series: Union[None, int, str] = None
+    channel: Named = None
+    level: Named = None
+    series: Named = None
     dataset: Optional[str] = None
 
     def allow(self, names: Sequence[str], what: str) -> None:
         """Raises WrongOption for a choice that is not one of these, which are for ``what`` it says."""
-        for field in dataclasses.fields(self):
-            if getattr(self, field.name) is not None and field.name not in names:
-                raise WrongOption(field.name, f"is not for {what}")
+        for name, chosen in vars(self).items():
+            if chosen is not None and name not in names:
+                raise WrongOption(name, f"is not for {what}")
 
 
 @dataclasses.dataclass
@@ -73,7 +76,7 @@ class Volume:
     """(4, 4), maps (i, j, k, 1) to space; in place of spacing and origin."""
     times: Optional[Sequence[float]] = None
     frame_time: Optional[float] = None
-    start_time: Optional[float] = None
+    start_time: float = 0
     length_unit: str = ""
     time_unit: str = ""
     space: str = ""
@@ -88,7 +91,6 @@ class Volume:
     dtype: Optional[np.dtype[Any]] = None
     names: Optional[List[str]] = None
     notes: List[str] = dataclasses.field(default_factory=list)
-    losses: List[str] = dataclasses.field(default_factory=list)
     _kept: Tuple[Any, Any] = (None, None)
 
     def size(self, axis: str) -> int:
@@ -102,11 +104,11 @@ class Volume:
     def read(self, frame: int, box: Box) -> NDArray[Any]:
         """The samples (nx, ny, nz) of a frame in a box."""
         with through(self.where):
+            self._check_chunks(box)
             found = self._stored(frame, box)
             kept = [axis for axis in self.axes if axis in "xyz"]
             found = found.transpose([kept.index(axis) for axis in "xyz" if axis in kept])
-            for i, axis in enumerate("xyz"):
-                found = found if axis in kept else np.expand_dims(found, i)
+            found = np.expand_dims(found, [i for i, axis in enumerate("xyz") if axis not in kept])
             return found if self.values is None else self.values(found)
 
     def _at(self, frame: Union[int, slice], box: Box) -> Tuple[Any, ...]:
@@ -125,6 +127,14 @@ class Volume:
             frames = slice(first, min(first + together, self.size("t")))
             self._kept = key, np.asarray(self.array[self._at(frames, box)])
         return np.asarray(self._kept[1].take(frame - first, axis=self.axes.replace("c", "").index("t")))
+
+    def _check_chunks(self, box: Box) -> None:
+        """Raises InvalidInput for more chunks than libraries unpack in hours."""
+        sizes = dict(zip(self.axes, getattr(self.array, "chunks", None) or ()))
+        along = [(part, np.ravel(sizes[axis])[0]) for axis, part in zip("xyz", box) if axis in sizes]
+        count = math.prod(-(-part.stop // size) - part.start // size for part, size in along)
+        if count > _MOST_CHUNKS:
+            raise InvalidInput(f"has {count} chunks in a frame; at most {_MOST_CHUNKS} are read", self.where)
 
     def _frames_of_chunk(self, box: Box) -> int:
         chunks = getattr(self.array, "chunks", None)
@@ -152,34 +162,54 @@ def through(where: str) -> Iterator[None]:
     except (Error, WrongOption):
         raise
     except OSError as error:
-        raise FileError(error.strerror or _first_line(error), where) from error
+        raise FileError(error.strerror or said_by(error), where) from error
     except Exception as error:  # libraries raise anything for damaged files
-        raise InvalidInput(f"cannot be read: {_first_line(error)}", where) from error
+        raise InvalidInput(f"cannot be read: {said_by(error)}", where) from error
 
 
-def _first_line(error: BaseException) -> str:
-    return (str(error).strip().splitlines() or [type(error).__name__])[0]
+def said_by(error: BaseException) -> str:
+    """What an exception of another library says, in one line; of ITK, what follows its places in C++."""
+    text = re.sub(r".*(\bERROR: (\w+\(0x\w+\): )?|\[nrrd\] )", "", str(error).strip(), flags=re.DOTALL)
+    text = re.sub(r"\s*Reason: .*", "", text)  # whatever the system said last
+    line = " ".join(text.split()) if text != str(error).strip() else text.partition("\n")[0]
+    return line[:_MOST_SAID] or type(error).__name__
 
 
-def number_of(chosen: Union[int, str], names: Sequence[str]) -> int:
-    """Of a channel, level or image that is chosen by its number or its name; -1 if there is none."""
+def listed(names: Sequence[str], separator: str = ", ") -> str:
+    """The first of many names, and how many there are besides."""
+    more = f"{separator}and {len(names) - _MOST_LISTED} more" if len(names) > _MOST_LISTED else ""
+    return separator.join(names[:_MOST_LISTED]) + more
+
+
+def number_of(option: str, chosen: Named, names: Sequence[str], where: str) -> int:
+    """Of one of several that an option chooses by number or name; the first if it is not given. Raises WrongOption for
+    a word that is no number and no name, and InvalidInput for a number that is not there."""
     if chosen in names:
         return list(names).index(str(chosen))
-    number = int(chosen) if str(chosen).isdigit() else -1
-    return number if number < len(names) else -1
+    if chosen is None or str(chosen).isdigit() and int(chosen) < len(names):
+        return int(chosen or 0)
+    if not str(chosen).isdigit():
+        raise WrongOption(option, f"is '{chosen}'; expected a number, counted from 0, or a name{_named(names)}")
+    raise InvalidInput(f"has {_several(option, names)}, so there is no {option} {chosen} (counted from 0)", where)
+
+
+def _several(what: str, names: Sequence[str]) -> str:
+    return f"{len(names)} {what}{'' if len(names) == 1 or what.endswith('s') else 's'}{_named(names)}"
+
+
+def _named(names: Sequence[str]) -> str:
+    named = [f"{i} {name}" for i, name in enumerate(names) if name not in ("", str(i))]
+    return f" ({listed(named)})" if named else ""
 
 
 def choose_channel(volume: Volume, choice: Choice, names: Sequence[str] = ()) -> None:
     """Sets the channel. Raises Missing if one of several must be chosen, which have the names if there are as many."""
     count = volume.size("c")
-    named = names if len(names) == count else [""] * count
-    listed = ", ".join(f"{i} {name}" for i, name in enumerate(named) if name)
-    said = f"has {count} channel{'' if count == 1 else 's'}{f' ({listed})' if listed else ''}"
+    names = names if len(names) == count else [""] * count
     if choice.channel is None and count > 1:
-        raise Missing(f"{said}; choose one, 0 to {count - 1}", volume.where, "channel", "NUMBER, counted from 0")
-    volume.channel = 0 if choice.channel is None else number_of(choice.channel, named)
-    if volume.channel < 0:
-        raise InvalidInput(f"{said}, so there is no channel {choice.channel} (counted from 0)", volume.where)
+        said = f"has {_several('channel', names)}; choose one, 0 to {count - 1}"
+        raise Missing(said, volume.where, "channel", "NUMBER, counted from 0")
+    volume.channel = number_of("channel", choice.channel, names, volume.where)
 
 
 _AXIS_NAMES = {

@@ -28,7 +28,7 @@ def lists_volumes(path: str) -> bool:
     """Whether a .pvd lists .vti files."""
     try:
         return any(extension_of(name) == ".vti" for _, name in _steps(path))
-    except (OSError, ElementTree.ParseError, ValueError):
+    except (OSError, ElementTree.ParseError, ValueError, InvalidInput):
         return False
 
 
@@ -36,7 +36,14 @@ def _steps(path: str) -> List[Tuple[Any, str]]:
     """Times and files of a .pvd, in order."""
     folder = os.path.dirname(path)
     steps = [*ElementTree.parse(path).getroot().iter("DataSet")]
-    return sorted((float(step.get("timestep", 0)), os.path.join(folder, step.get("file", ""))) for step in steps)
+    return sorted((float(step.get("timestep", 0)), _in_folder(folder, step.get("file", ""), path)) for step in steps)
+
+
+def _in_folder(folder: str, name: str, where: str) -> str:
+    file = os.path.join(folder, name)
+    if not os.path.realpath(file).startswith(os.path.join(os.path.realpath(folder), "")):
+        raise InvalidInput(f"names the file '{name}'; it must be in the same folder or below", where)
+    return file
 
 
 def _vtk(module: str, path: str) -> Any:

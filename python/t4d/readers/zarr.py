@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import json
-import math
 import os
+import re
 from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
 
+import numpy as np
+
 from t4d.errors import InvalidInput, Unsupported
-from t4d.readers.coordinates import coordinates_of
+from t4d.readers.coordinates import Coordinates, volume_of
 from t4d.readers.units import in_one_unit, unit_named
 from t4d.readers.volume import (
-    MOST_LISTED, Choice, Missing, Volume, axes_of, axis_named, choose_channel, library, number_of, through,
-    unknown_axes, usable,
+    Choice, Missing, Volume, axis_named, choose_channel, library, listed, number_of, through, unknown_axes, usable,
 )  # fmt: skip
 
 OPTIONS = ("axes", "channel", "level", "dataset")
@@ -35,10 +36,8 @@ def read(paths: Sequence[str], choice: Choice) -> List[Volume]:
 
 
 def shown(url: str) -> str:
-    """A URL without the user and the password in it."""
-    scheme, found, rest = url.partition("://")
-    host, slash, path = rest.partition("/")
-    return scheme + found + host.rpartition("@")[2] + slash + path
+    """A URL without the user, the password and the words behind "?" in it; a path as it is."""
+    return re.sub(r"://(?:[^/]*@)?([^?#]*).*", r"://\1", url)
 
 
 def _read(path: str, choice: Choice) -> Volume:
@@ -52,7 +51,7 @@ def _read(path: str, choice: Choice) -> Volume:
             node = zarr.open(zarr.storage.ZipStore(path, mode="r") if zipped else path, mode="r")
         except (FileNotFoundError, KeyError) as error:  # zarr has exceptions of its own, which are of these
             raise InvalidInput("has none of zarr.json, .zarray and .zgroup, so it is no Zarr", where) from error
-    return of_node(node, where, choice, "" if zipped else path)
+        return of_node(node, where, choice, "" if zipped else path)
 
 
 def _check_metadata(path: str) -> None:
@@ -77,10 +76,16 @@ def _contents(path: str, name: str) -> Optional[bytes]:
         if "://" in path:
             files, root = library("fsspec", "zarr", shown(path), "a URL").core.url_to_fs(path)
             return bytes(files.cat_file(f"{root.rstrip('/')}/{name}"))
+        _check_regular(os.path.join(path, name))
         with open(os.path.join(path, name), "rb") as file:
             return file.read()
     except (FileNotFoundError, NotADirectoryError):
         return None
+
+
+def _check_regular(file: str) -> None:
+    if os.path.lexists(file) and not os.path.isfile(file):  # a pipe never ends
+        raise InvalidInput("is not a regular file", file)
 
 
 def of_node(node: Any, where: str, choice: Choice, path: str = "") -> Volume:
@@ -91,8 +96,7 @@ def of_node(node: Any, where: str, choice: Choice, path: str = "") -> Volume:
     if path:
         _check_metadata(path)
     if hasattr(node, "shape"):
-        if choice.level not in (None, 0):
-            raise InvalidInput(f"is one array, so there is no level {choice.level}", where)
+        number_of("level", choice.level, [""], where)  # itself
         return _of_array(node, where, choice, path)
     attributes = _attributes(node)
     images = attributes.get("multiscales")
@@ -129,10 +133,9 @@ def _of_group(node: Any, name: str, where: str, choice: Choice, path: str) -> Vo
         volume = of_node(node, where, Choice(choice.axes, choice.channel, choice.level, None, only), path)
         volume.notes.insert(0, f"'{only}' is used, the only volume in {where}")
         return volume
-    more = f", and {len(inside) - MOST_LISTED} more" if len(inside) > MOST_LISTED else ""
-    listed = f": {', '.join([*inside][:MOST_LISTED])}{more}" if inside else f", as {_join(where, '0')}"
+    named = f": {listed([*inside])}" if inside else f", as {_join(where, '0')}"
     said = f"has no '{name}'" if name else "is a group without an image (multiscales)"
-    raise Missing(f"{said}; name an image or an array in it{listed}", where, "dataset", "NAME")
+    raise Missing(f"{said}; name an image or an array in it{named}", where, "dataset", "NAME")
 
 
 # Images ----------------------------------------------------------------------------------------
@@ -143,10 +146,7 @@ def _of_image(node: Any, image: Any, attributes: Any, where: str, choice: Choice
     if not isinstance(levels, list) or not levels:
         raise InvalidInput("its image names no levels (datasets)", where)
     paths = [str(level.get("path", "")) for level in levels]
-    number = number_of(0 if choice.level is None else choice.level, paths)
-    if number < 0:
-        said = f"{len(levels)} level" + ("" if len(levels) == 1 else "s")
-        raise InvalidInput(f"has {said}, so there is no level {choice.level} (counted from 0)", where)
+    number = number_of("level", choice.level, paths, where)
     at = paths[number]
     place = _join(where, at)
     if not at or at.startswith("/") or ".." in at.split("/") or "\\" in at:
@@ -164,9 +164,16 @@ def _of_image(node: Any, image: Any, attributes: Any, where: str, choice: Choice
     omero = attributes.get("omero") or {}
     choose_channel(volume, choice, [str(channel.get("label", "")) for channel in omero.get("channels", [])])
     _place(volume, [levels[number], image], units, where)
-    absent = [other for other in paths if node.get(other) is None]
+    absent = [other for other in paths if not _opens(node, other)]
     volume.notes += [f"levels that cannot be read: {', '.join(absent)}"] if absent else []
     return _missing_chunks(volume, path)
+
+
+def _opens(node: Any, name: str) -> bool:
+    try:
+        return node.get(name) is not None
+    except Exception:  # as its metadata are damaged
+        return False
 
 
 def _axes(image: Any, choice: Choice, where: str) -> Tuple[str, Dict[str, str]]:
@@ -192,30 +199,36 @@ def _letter(axis: Any) -> str:
 
 def _place(volume: Volume, parts: List[Any], units: Dict[str, str], where: str) -> None:
     """Scale and translation of a level and then of the whole. A scale of 1 without a unit says nothing."""
-    scale, offset = dict.fromkeys(volume.axes, 1.0), dict.fromkeys(volume.axes, 0.0)
+    scale, offset = np.ones(len(volume.axes)), np.zeros(len(volume.axes))
     said = False
     for one in (one for part in parts for one in part.get("coordinateTransformations") or []):
         kind = one.get("type")
         if kind == "identity":
             continue
-        numbers = one.get(kind)
-        if kind not in ("scale", "translation") or numbers is None:
+        if kind not in ("scale", "translation") or one.get(kind) is None:
             shortened = json.dumps(one)[:80]
             raise Unsupported(f"has the transformation {shortened}; scale and translation can be read", where)
-        if len(numbers) != len(scale) or not all(isinstance(n, (int, float)) and math.isfinite(n) for n in numbers):
-            raise InvalidInput(f"its image has the {kind} {numbers}, which cannot be", where)
-        for axis, number in zip(volume.axes, numbers):
-            scale[axis] *= number if kind == "scale" else 1
-            offset[axis] = offset[axis] * number if kind == "scale" else offset[axis] + number
-        said = said or kind == "scale"
+        numbers = np.array(one[kind])
+        if numbers.shape != scale.shape or numbers.dtype.kind not in "iuf" or not np.all(np.isfinite(numbers)):
+            raise InvalidInput(f"its image has the {kind} {one[kind]}, which cannot be", where)
+        if kind == "scale":
+            said, scale, offset = True, scale * numbers, offset * numbers
+        else:
+            offset = offset + numbers
     unit_of_length = any(units.get(axis) for axis in "xyz")
-    sized = {a: n for a, n in scale.items() if said and (n != 1 or (units.get("t") if a == "t" else unit_of_length))}
-    if "t" in sized:
-        volume.frame_time, volume.start_time = sized["t"], offset["t"]
+    known = {axis: said and (size != 1 or bool(units.get("t") if axis == "t" else unit_of_length))
+             for axis, size in zip(volume.axes, scale)}  # fmt: skip
+    sizes = {axis: float(size) for axis, size in zip(volume.axes, scale) if known[axis]}
+    begins = {axis: float(at) for axis, at in zip(volume.axes, offset) if known[axis] or at}
+    if "t" in sizes:
+        volume.frame_time, volume.start_time = sizes["t"], begins["t"]
     with through(where):
-        space = [axis for axis in volume.axes if axis in "xyz"]
-        volume.spacing, volume.length_unit = in_one_unit({a: sized[a] for a in space if a in sized}, units)
-        volume.origin, _ = in_one_unit({a: offset[a] for a in space if a in sized or offset[a]}, units)
+        volume.spacing, volume.length_unit = in_one_unit(_in_space(sizes), units)
+        volume.origin, _ = in_one_unit(_in_space(begins), units)
+
+
+def _in_space(of_axes: Dict[str, float]) -> Dict[str, float]:
+    return {axis: number for axis, number in of_axes.items() if axis in "xyz"}
 
 
 # Arrays ----------------------------------------------------------------------------------------
@@ -224,33 +237,36 @@ def _place(volume: Volume, parts: List[Any], units: Dict[str, str], where: str) 
 def _of_array(array: Any, where: str, choice: Choice, path: str) -> Volume:
     names = getattr(getattr(array, "metadata", None), "dimension_names", None)  # of version 3
     named = [str(name or "") for name in names or array.attrs.get("_ARRAY_DIMENSIONS") or []]
-    axes, assumed = axes_of(array.shape, named, choice, where)
-    volume = Volume(where, array, axes, axes_assumed=assumed)
-    choose_channel(volume, choice)
-    coordinates_of(volume, dict(array.attrs), _beside(array, named))
-    return _missing_chunks(volume, path)
+    coordinates = [_beside(array, name) for name in named]
+    return _missing_chunks(volume_of(array, where, choice, named, dict(array.attrs), coordinates), path)
 
 
-def _beside(array: Any, names: Sequence[str]) -> Dict[str, Tuple[Any, Dict[str, Any]]]:
-    """The coordinates of axes, by their letters: arrays of one axis with their names in the same group, as
-    xarray writes them."""
-    found: Dict[str, Tuple[Any, Dict[str, Any]]] = {}
-    group = array.path.rpartition("/")[0]
-    zarr = library("zarr", "zarr", "", "Zarr")
-    for name in names if array.path else ():
-        try:
-            one = zarr.open_array(array.store, path=f"{group}/{name}".strip("/"), mode="r")
-        except Exception:  # there is none
-            continue
-        if len(one.shape) == 1 and axis_named(name):
-            found[axis_named(name)] = one[:], dict(one.attrs)
-    return found
+def _beside(array: Any, name: str) -> Coordinates:
+    """The coordinates of an axis: an array with its name in the same group, as xarray writes them."""
+    try:
+        place = f"{array.path.rpartition('/')[0]}/{name}".strip("/")
+        one = library("zarr", "zarr", "", "Zarr").open_array(array.store, path=place, mode="r")
+        _check_codecs(one, place)
+        return (one[:], dict(one.attrs)) if array.path and name and len(one.shape) == 1 else None
+    except Exception:  # there is none
+        return None
+
+
+def _check_codecs(array: Any, where: str) -> None:
+    """Raises InvalidInput for pickle, which runs what a chunk says, and which numcodecs took before 0.15.2."""
+    last = array.compressors if hasattr(array, "compressors") else [array.compressor]
+    if any(getattr(codec, "codec_id", "") == "pickle" for codec in [*(array.filters or ()), *last]):
+        raise InvalidInput("is stored by pickle, which can run any code; store it as numbers", where)
 
 
 def _missing_chunks(volume: Volume, path: str) -> Volume:
-    """A note of chunks that have no file, where files can be counted at once."""
+    """A note of chunks that have no file, where files can be counted at once, which must be regular ones."""
     array = volume.array
+    _check_codecs(array, volume.where)
     if path and "://" not in path and getattr(array, "shards", None) is None and array.nchunks <= _MOST_COUNTED:
+        for place, _, names in os.walk(path):
+            for name in names:
+                _check_regular(os.path.join(place, name))
         missing = array.nchunks - array.nchunks_initialized
         if missing > 0:
             volume.notes.append(f"{missing} of {array.nchunks} chunks have no file, and hold the fill value")

@@ -1,5 +1,6 @@
 """Writes DICOM series of a moving ball with pydicom, for tests."""
 
+import functools
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +22,7 @@ def axes(oblique):
     return np.stack([x, y, np.cross(x, y)], axis=1)
 
 
+@functools.lru_cache
 def samples(frame):
     """A ball of 9 mm as (z, y, x): 1000 at its middle, falling by 50 a millimetre."""
     at = np.stack(np.meshgrid(*(np.arange(n) for n in SIZES), indexing="ij"), -1) * SPACING
