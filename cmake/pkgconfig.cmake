@@ -2,8 +2,8 @@
 # is read from its target.
 set(T4D_LINKED
   "TBB::tbb=-ltbb" "fmt::fmt=-lfmt" "ZLIB::ZLIB=-lz" "ISAL::ISAL=-lisal"
-  "TIFF::TIFF=-ltiff" "EXPAT::EXPAT=-lexpat" "Blosc::Blosc=-lblosc" "LZ4::LZ4=-llz4"
-  "zstd::libzstd_shared=-lzstd" "Gdcm::Gdcm=-lgdcmMSFF -lgdcmDSED -lgdcmDICT -lgdcmCommon"
+  "EXPAT::EXPAT=-lexpat" "LZ4::LZ4=-llz4"
+  "zstd::libzstd_shared=-lzstd"
   "TinyGLTF::TinyGLTF=-ltinygltf" "LibLZMA::LibLZMA=-llzma" "LibMd::LibMd=-lmd"
   "LibDeflate::LibDeflate=-ldeflate" "CURL::libcurl=-lcurl" "Assimp::Assimp=-lassimp"
   "meshoptimizer::meshoptimizer=-lmeshoptimizer" "TetGen::TetGen=-ltet" "CGAL::CGAL=-lmpfr -lgmp")

@@ -52,10 +52,6 @@ enum class Remedy : std::uint8_t {
   FrameFormat,         ///< give frames of another format: the file has no grids
   MoreFrames,          ///< give two frames or more, or velocities that need no playback
   Units,               ///< convert one of two inputs, or ignore that their units or axes differ
-  Axes,                ///< give the order of the axes
-  PageAxes,            ///< say whether pages are slices of a frame, or frames of one plane
-  PagesAsFrames,       ///< take the pages for frames of one plane
-  Channel,             ///< choose a channel
   FieldParts,          ///< give files of parts of a field
   PartReports,         ///< give reports of parts
   EachTool,            ///< give each tool with its number

@@ -9,7 +9,6 @@
 #include <fmt/ranges.h>
 
 #include "t4d/formats/file_extension.h"
-#include "t4d/formats/t4d/http_files.h"
 #include "t4d/formats/t4d/url.h"
 #include "t4d/formats/triangle/triangle_mesh_formats.h"
 #include "t4d/model/amount_text.h"
@@ -29,7 +28,6 @@ std::vector<std::filesystem::path> pathsOf(const std::vector<std::string>& files
 
 /// Fails if a folder holds volumes, but no .vdb files: only the latter are taken by the folder.
 Result<void> checkFrameFolder(const std::string& folder) {
-  if (voxel4d::isVolumeFile(folder)) return {};
   std::error_code ignored;
   std::set<std::string> volumes;
   for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
@@ -70,7 +68,7 @@ Result<void> addFramesInBetween(const WeaveInput& input, const voxel4d::VolumeOp
                                 voxel4d::VolumeFrames& opened) {
   if (opened.frames->isOneApart()) {
     return invalid("velocities need the time from frame to frame, which the file does not say",
-                   input.files.front(), Remedy::FrameTime);
+                   opened.name.empty() ? input.files.front() : opened.name, Remedy::FrameTime);
   }
   auto velocities =
       voxel4d::openVolumeVelocity(pathsOf(input.reading.velocityFiles), options, opened);
@@ -89,11 +87,6 @@ std::optional<voxel4d::Region> regionOf(const FrameReading& reading) {
 voxel4d::VolumeOptions volumeOptionsOf(const WeaveInput& input) {
   voxel4d::VolumeOptions options = input.reading.volumes;
   options.region = regionOf(input.reading);
-  const auto isUrl = [](const std::string& name) { return !formats::schemeOf(name).empty(); };
-  if (std::ranges::any_of(input.files, isUrl) ||
-      std::ranges::any_of(input.reading.velocityFiles, isUrl)) {
-    options.web = formats::httpFiles();
-  }
   return options;
 }
 

@@ -15,7 +15,7 @@ namespace t4d::verbs {
 /// What files of frames hold.
 enum class FrameKind : std::uint8_t {
   Vdb,      ///< grids of OpenVDB, or a folder of their files
-  Volumes,  ///< voxel4d::volumeFormats, DICOM, Zarr, or `-`, a stream of frames
+  Volumes,  ///< voxel4d::volumeFormats, or `-`, a stream of frames
   Meshes,   ///< triangle meshes, or a collection (.pvd) of them
 };
 
@@ -32,7 +32,7 @@ Result<FrameKind> frameKindOf(std::span<const std::string> files);
 
 /// How frames are read from files. Options for another kind of frames have no effect.
 struct FrameReading {
-  /// How volumes are read, but for `label`, `region` and `web`. Its times are for all kinds of
+  /// How volumes are read, but for `label` and `region`. Its times are for all kinds of
   /// frames (the start of .vdb files needs the time between frames), its `iso` and `below` for .vdb
   /// files, too.
   voxel4d::VolumeOptions volumes = {};
@@ -70,11 +70,10 @@ struct WeaveInput {
 };
 
 /// Opens frames, which are read when they are requested; all labels are found by reading them once
-/// before. Files are paths or, for Zarr, URLs. They stay in the order given; those of a folder are
-/// in natural order of their names, which a notice says unless the files have times. Fails if
-/// frameKindOf does, for meshes without a voxel size, a region that cannot be parsed or that
-/// comes with a velocity, and as voxel4d::openVdbFrames, voxel4d::openVolumeFrames and
-/// openMeshFrames do.
+/// before. Files stay in the order given; those of a folder are in natural order of their names,
+/// which a notice says unless the files have times. Fails if frameKindOf does, for meshes without a
+/// voxel size, a region that cannot be parsed or that comes with a velocity, and as
+/// voxel4d::openVdbFrames, voxel4d::openVolumeFrames and openMeshFrames do.
 Result<WeaveInput> openFrames(std::vector<std::string> files, FrameReading reading);
 
 /// Those of a label, which is another body of the same volumes.

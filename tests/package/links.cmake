@@ -6,8 +6,7 @@ start()
 file(READ ${t4d_source}/README.md readme)
 set(libraries
   "Eigen=Eigen3::Eigen" "TetGen=TetGen::TetGen" "CGAL=CGAL" "oneTBB=TBB::tbb"
-  "OpenVDB=OpenVDB::openvdb" "zlib=ZLIB::ZLIB" "ISA-L=ISAL::ISAL" "libtiff=TIFF::TIFF" "GDCM=Gdcm::Gdcm"
-  "Blosc=Blosc::Blosc"
+  "OpenVDB=OpenVDB::openvdb" "zlib=ZLIB::ZLIB" "ISA-L=ISAL::ISAL"
   "Expat=EXPAT::EXPAT" "tinygltf=TinyGLTF::TinyGLTF" "zstd=zstd::libzstd_shared" "LZ4=LZ4::LZ4"
   "liblzma=LibLZMA::LibLZMA" "libcurl=CURL::libcurl" "Assimp=Assimp::Assimp"
   "meshoptimizer=meshoptimizer::meshoptimizer" "libmd=LibMd::LibMd" "libdeflate=LibDeflate::LibDeflate")

@@ -385,13 +385,6 @@ void writeVolumeSeeds(const fs::path& folder) {
       write(folder / name, static_cast<char>(i) + bytes);
     }
   }
-  // Files of Zarr, each after a line with its name and size.
-  std::string files;
-  for (const auto& [name, bytes] : voxel4d::zarrSample()) {
-    files += fmt::format("{} {}\n{}", name, bytes.size(), bytes);
-  }
-  const auto zarr = std::ranges::find(extensions, ".zarr");
-  write(folder / "image.zarr", static_cast<char>(zarr - extensions.begin()) + files);
 }
 
 }  // namespace

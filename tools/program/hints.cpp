@@ -1,7 +1,6 @@
 #include "tools/program/hints.h"
 
 #include <algorithm>
-#include <cstring>
 #include <filesystem>
 #include <string_view>
 #include <vector>
@@ -18,6 +17,8 @@
 #include "t4d/verbs/t4d_file.h"
 #include "t4d/voxel4d/vdb_frames.h"
 #include "t4d/voxel4d/volumes/volume_frames.h"
+#include "tools/program/python_inputs.h"
+#include "tools/program/shell_word.h"
 #include "tools/program/t4d_output.h"
 
 namespace t4d::tools {
@@ -31,13 +32,7 @@ constexpr std::uint64_t kSearchedBytes = std::uint64_t{256} << 20;
 /// A path as one word of a shell command that is not mistaken for an option.
 std::string quoted(std::string word) {
   if (word.starts_with('-')) word.insert(0, "./");
-  const auto plain = [](unsigned char c) {
-    return std::isalnum(c) != 0 || c >= 0x80 || std::strchr("/._-+,:@%=", c) != nullptr;
-  };
-  if (std::all_of(word.begin(), word.end(), plain)) return word;
-  std::string text = "'";
-  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return text + "'";
+  return shellWord(word);
 }
 
 /// `PATH` with another suffix, such that no file of that name exists.
@@ -75,8 +70,6 @@ std::string exportHintFor(const std::string& extension) {
        "cache (.pc2, .mdd) beside an .obj"},
       {{".step", ".stp", ".iges", ".igs", ".brep", ".fcstd"},
        "it is a CAD model; in FreeCAD, mesh it and export it as .stl, .obj or .ply"},
-      {{".h5", ".hdf5", ".mha", ".mhd", ".mgz", ".mnc", ".vti"},
-       "it is a volume; python3 -m t4d weave reads it, with the options of t4d weave"},
       {{".3mf", ".amf"}, "a program for 3D printing (a slicer) exports it as .stl"},
       {{".ma", ".mb", ".max", ".c4d", ".hip", ".lwo", ".3dm", ".skp"},
        "export it as glTF 2.0 (.glb), .fbx or .obj in the program that made it"}};
@@ -90,6 +83,10 @@ std::string exportHintFor(const std::string& extension) {
 std::string conversionHint(const std::string& path) {
   const std::string extension = formats::lowerCaseExtension(path);
   if (std::string hint = exportHintFor(extension); !hint.empty()) return hint;
+  if (const std::string kind = pythonInput(path); !kind.empty()) {
+    return fmt::format("it is {}; make a 4D mesh of frames: {} {} -o {}", kind, kPythonWeave,
+                       quoted(path), freeName(path, "", ".t4d"));
+  }
   const auto* format = formats::triangleMeshFormat(path);
   if (format != nullptr && format->read == nullptr) {  // some begin as 4D meshes do
     return "such files are written, not read; write .ply, .stl or .obj instead";
@@ -155,17 +152,14 @@ std::string hintFor(const Error& error) {
       return hint.empty() ? recoveryHint(file) : hint;
     }
     case Remedy::IsoValue:
-      if (voxel4d::isVolumeFile(fileOf(error))) {
-        return "try: --iso VALUE, if the samples are densities (inside is where they are above "
-               "it), or --label N, if they are labels (inside is where they are exactly N)";
+      if (formats::isOneOf(voxel4d::vdbFormats(), error.where.file)) {
+        return "try: --iso VALUE, if the grids hold densities; inside is where they are above it";
       }
-      return "try: --iso VALUE, if the grids hold densities; inside is where they are above it";
+      return "try: --iso VALUE, if the samples are densities (inside is where they are above it), "
+             "or --label N, if they are labels (inside is where they are exactly N)";
     case Remedy::FrameTime:
       return "try: --frame-time TIME, the time between two frames";
     case Remedy::GridName:
-      if (voxel4d::isDicomInput(fileOf(error))) {
-        return "try: --series NUMBER, or the UID of a series";
-      }
       return "try: --grid NAME, to use only grids of that name";
     case Remedy::ConeCaps: {
       const std::string hint = mendingHint(fileOf(error));
@@ -211,16 +205,6 @@ std::string hintFor(const Error& error) {
              "--time-unit "
              "NAME, or --rotate 1 0 0 90 --up AXIS, to convert one of them; or --ignore-units, to "
              "take the numbers as they are";
-    case Remedy::Axes:
-      return "try: --axes ORDER, as in --axes tzyx";
-    case Remedy::PageAxes:
-      return "try: --axes zyx, if the pages are one frame, or --axes tyx, if each is a frame of "
-             "one "
-             "plane";
-    case Remedy::PagesAsFrames:
-      return "try: --axes tyx, if each of its pages is a frame";
-    case Remedy::Channel:
-      return "try: --channel NUMBER, counted from 0";
     case Remedy::FieldParts:
       return "try: files that t4d envelope writes with --part K/N";
     case Remedy::PartReports:

@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <memory>
 #include <new>
+#include <optional>
+#include <span>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -21,6 +23,8 @@
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/help_json.h"
+#include "tools/program/python_inputs.h"
+#include "tools/program/shell_word.h"
 #include "tools/program/signals.h"
 #include "tools/program/version.h"
 
@@ -63,6 +67,21 @@ std::string guessOf(const std::string& word, const CLI::App& command) {
   return verbs::didYouMean(std::string_view(word).substr(0, word.find('=')), names);
 }
 
+/// If these words weave what the program does not read, says which command does; its exit code.
+std::optional<int> leftToPython(std::span<const std::string> words) {
+  const auto asksForHelp = [](const std::string& word) { return word == "-h" || word == "--help"; };
+  if (words.empty() || words.front() != "weave" || std::ranges::any_of(words, asksForHelp)) {
+    return std::nullopt;
+  }
+  const auto file = firstPythonInput(words.subspan(1));
+  if (!file) return std::nullopt;
+  std::string command = kPythonWeave;
+  for (const std::string& word : words.subspan(1)) command += " " + shellWord(word);
+  say(fmt::format("{}: is {}, which Python's libraries read", *file, pythonInput(*file)));
+  sayHint("try: " + command);
+  return kInvalid;
+}
+
 int run(int argc, char** argv) {
   CLI::App app(
       "t4d: 4D meshes, the boundary of a moving solid in space-time (x, y, z, t).\n"
@@ -86,6 +105,7 @@ int run(int argc, char** argv) {
     words.erase(words.begin());
     words.emplace_back("--help");
   }
+  if (const auto code = leftToPython(words)) return *code;
   const bool asksForJson = std::ranges::find(words, "--json") != words.end();
   std::reverse(words.begin(), words.end());
   try {

@@ -74,12 +74,6 @@ namespace fs = std::filesystem;
   return functionsOf<OpenVdbFunctions>().joinPointFields(parts, path);
 }
 
-#ifdef T4D_WITH_GDCM
-[[gnu::visibility("hidden")]] Result<std::string> unpackDicomImage(const DicomPacked& image) {
-  return functionsOf<DicomFunctions>().unpackDicomImage(image);
-}
-#endif
-
 }  // namespace voxel4d
 
 #ifdef T4D_WITH_CURL
@@ -88,10 +82,6 @@ namespace formats {
 [[gnu::visibility("hidden")]] Result<std::unique_ptr<ByteSource>> openHttpSource(
     const std::string& url, HttpTimeouts timeouts) {
   return functionsOf<WebFunctions>().openHttpSource(url, timeouts);
-}
-
-[[gnu::visibility("hidden")]] system::WebFiles httpFiles(HttpTimeouts timeouts) {
-  return functionsOf<WebFunctions>().httpFiles(timeouts);
 }
 
 }  // namespace formats

@@ -1,16 +1,14 @@
 #pragma once
 
-#include "t4d/formats/t4d/http_files.h"
 #include "t4d/formats/t4d/http_source.h"
 #include "t4d/voxel4d/advected_frames.h"
 #include "t4d/voxel4d/point_field.h"
 #include "t4d/voxel4d/point_field_parts.h"
 #include "t4d/voxel4d/vdb_frames.h"
-#include "t4d/voxel4d/volumes/dicom_codec.h"
 #include "t4d/voxel4d/voxelize.h"
 #include "tools/report/svg_picture.h"
 
-/// Loading OpenVDB, libcurl, GDCM and librsvg takes several times as long as all else that a short
+/// Loading OpenVDB, libcurl and librsvg takes several times as long as all else that a short
 /// run does, and most verbs never use them. So the program does not link them: modules have the
 /// functions of the library that need them, and each is loaded by the first call of one of its
 /// functions (module_functions.cpp). Everything else links the library as it is.
@@ -33,14 +31,6 @@ struct WebFunctions {
   static constexpr const char* kTable = "t4dWebFunctions";
 
   decltype(&t4d::formats::openHttpSource) openHttpSource;
-  decltype(&t4d::formats::httpFiles) httpFiles;
-};
-
-struct DicomFunctions {
-  static constexpr const char* kModule = "t4d_dicom.so";
-  static constexpr const char* kTable = "t4dDicomFunctions";
-
-  decltype(&t4d::voxel4d::unpackDicomImage) unpackDicomImage;
 };
 
 struct PictureFunctions {
@@ -50,7 +40,6 @@ struct PictureFunctions {
   decltype(&t4d::tools::pngOfSvg) pngOfSvg;
 };
 
-extern "C" const DicomFunctions t4dDicomFunctions;
 extern "C" const OpenVdbFunctions t4dOpenVdbFunctions;
 extern "C" const PictureFunctions t4dPictureFunctions;
 extern "C" const WebFunctions t4dWebFunctions;

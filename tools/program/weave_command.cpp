@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <charconv>
+#include <map>
 #include <optional>
 #include <set>
 
@@ -46,6 +47,8 @@ struct WeaveArguments {
   std::vector<double> origin;
   std::string caps = "flat";
   std::optional<std::string> between;
+  /// By name: of inputs that only `python3 -m t4d weave` reads, which takes them from the words.
+  std::map<std::string, std::string> ofPython;
   std::string lengthUnit;
   std::string timeUnit;
   LostPartsOptions lostParts;
@@ -128,10 +131,10 @@ std::optional<std::string> misuseOfMeshes(const WeaveArguments& options) {
   }
   const voxel4d::VolumeOptions& input = reading.volumes;
   if (input.iso || input.outside || !options.labels.empty() || !input.raw.empty() ||
-      !input.axes.empty() || input.channel || input.level > 0 || !options.spacing.empty() ||
-      !options.origin.empty() || !reading.grid.empty() || !reading.region.empty()) {
-    return "--iso, --below, --outside-value, --label, --spacing, --origin, --axes, --channel, "
-           "--level, --raw, --region and --grid are not for triangle meshes";
+      !input.axes.empty() || !options.spacing.empty() || !options.origin.empty() ||
+      !reading.grid.empty() || !reading.region.empty()) {
+    return "--iso, --below, --outside-value, --label, --spacing, --origin, --axes, --raw, --region "
+           "and --grid are not for triangle meshes";
   }
   if (collected && input.startTime && !input.frameTime) {
     return "--start-time requires --frame-time";
@@ -160,8 +163,8 @@ std::optional<std::string> misuseOfVelocity(const WeaveArguments& options, Frame
   if (!reading.velocityFiles.empty() && kind != FrameKind::Volumes) {
     return "--velocity-file is for volumes; the velocity of .vdb files is a grid: --velocity GRID";
   }
-  if (reading.velocityFiles.size() == 2) {
-    return "--velocity-file takes three files, or one with three channels";
+  if (!reading.velocityFiles.empty() && reading.velocityFiles.size() != 3) {
+    return "--velocity-file takes three files, of the components along x, y and z";
   }
   if (options.between) {
     return "--between is for masks and labels; velocities carry level sets and densities";
@@ -192,33 +195,23 @@ std::optional<std::string> misuseOfInside(const WeaveArguments& options) {
 
 /// What is wrong with the choice of options; nothing if it fits the files.
 std::optional<std::string> misuseOfInput(const WeaveArguments& options, FrameKind kind) {
+  for (const auto& [name, value] : options.ofPython) {
+    if (!value.empty()) return fmt::format("{} is for what python3 -m t4d weave reads", name);
+  }
   const verbs::FrameReading& reading = options.reading;
   const bool volumes = kind == FrameKind::Volumes;
   if (auto misuse = misuseOfVelocity(options, kind)) return misuse;
   if (kind == FrameKind::Meshes) return misuseOfMeshes(options);
   if (reading.voxelSize) return "--voxel-size is for triangle meshes; grids have voxels already";
   if (volumes && !reading.grid.empty()) return "--grid is for .vdb files";
-  const auto isOf = [&](std::initializer_list<std::string_view> extensions, bool orZarr = false) {
+  const auto allAre = [&](std::string_view extension) {
     return std::ranges::all_of(options.frames, [&](const std::string& file) {
-      if (orZarr && voxel4d::isZarrInput(file)) return true;
-      return std::ranges::find(extensions, formats::lowerCaseExtension(file)) != extensions.end();
+      return formats::lowerCaseExtension(file) == extension;
     });
   };
-  if (volumes && !reading.volumes.raw.empty() && !isOf({".raw"})) return "--raw is for .raw files";
-  if (volumes && !reading.volumes.axes.empty() && !isOf({".npy", ".tif", ".tiff"}, true)) {
-    return "--axes is for .npy and .tif files, and for Zarr";
-  }
-  if (!reading.volumes.series.empty() &&
-      !std::ranges::all_of(options.frames,
-                           [](const std::string& file) { return voxel4d::isDicomInput(file); })) {
-    return "--series is for DICOM files";
-  }
-  if (volumes && reading.volumes.channel &&
-      !std::ranges::all_of(
-          options.frames, [](const std::string& file) { return voxel4d::mayHaveChannels(file); })) {
-    return "--channel is for .tif files, and for Zarr";
-  }
-  if (reading.volumes.level > 0 && !isOf({}, true)) return "--level is for Zarr";
+  if (volumes && !reading.volumes.raw.empty() && !allAre(".raw")) return "--raw is for .raw files";
+  if (volumes && !reading.volumes.axes.empty() && !allAre(".npy"))
+    return "--axes is for .npy files";
   if (options.frames.front() == "-" && !reading.region.empty()) {
     return "--region is not for standard input (-): who writes it chooses the samples";
   }
@@ -226,9 +219,9 @@ std::optional<std::string> misuseOfInput(const WeaveArguments& options, FrameKin
   if (volumes) return std::nullopt;
   const voxel4d::VolumeOptions& input = reading.volumes;
   if (!options.labels.empty() || input.outside || !input.raw.empty() || !input.axes.empty() ||
-      input.channel || !options.spacing.empty() || !options.origin.empty()) {
-    return "--label, --outside-value, --spacing, --origin, --axes, --channel and --raw are for "
-           "volumes; .vdb files say what they hold";
+      !options.spacing.empty() || !options.origin.empty()) {
+    return "--label, --outside-value, --spacing, --origin, --axes and --raw are for volumes; .vdb "
+           "files say what they hold";
   }
   if (input.startTime && !input.frameTime) return "--start-time requires --frame-time";
   return std::nullopt;
@@ -408,23 +401,12 @@ void addWeave(CLI::App& app, int& exitCode) {
              "X Y Z");
   command
       ->add_option("--axes", options->reading.volumes.axes,
-                   "Axis order of .npy and Zarr arrays (default: txyz, or xyz for several files), "
-                   "or of the pages of .tif files")
+                   "Axis order of .npy arrays (default: txyz, or xyz for several files)")
       ->check(axesOfArray());
-  command
-      ->add_option("--channel", options->reading.volumes.channel,
-                   ".tif files and Zarr with several channels: which, counted from 0")
-      ->check(wholeNumber(0, 1U << 30U));
-  command
-      ->add_option("--level", options->reading.volumes.level,
-                   "OME-Zarr: level of the image (default: 0, the finest)")
-      ->check(wholeNumber(0, 1U << 30U));
   command
       ->add_option("--region", options->reading.region,
                    "Samples and frames to use, counted from 0 (default: all)")
       ->check(regionOfFrames());
-  command->add_option("--series", options->reading.volumes.series,
-                      "DICOM files of several series: which, by its number or UID");
   command->add_option("--raw", options->reading.volumes.raw,
                       "Layout of .raw files without header: 'TYPE NX NY NZ [NT] [little|big]'");
   command->add_option("--caps", options->caps, "Caps at the ends (docs/weave.md)")
@@ -437,14 +419,22 @@ void addWeave(CLI::App& app, int& exitCode) {
   options->part.addTo(*command, "Weave only part K of N; `t4d join` joins the parts");
   options->output.addTo(*command);
   command->add_flag("--json", options->json, "Print the result as JSON");
+  for (const auto& [name, help] : {
+           std::pair{"--channel", "Which of several channels, counted from 0, or its name"},
+           std::pair{"--level", "OME-Zarr: level of the image (default: 0, the finest)"},
+           std::pair{"--series", "DICOM: which of several series, by number or UID; TIFF: image"},
+           std::pair{"--dataset", "HDF5, Zarr, VTK: path or name of the array"},
+       }) {
+    command->add_option(name, options->ofPython[name], help)
+        ->group("Of python3 -m t4d weave, which reads DICOM, TIFF, Zarr, HDF5 and others as well");
+  }
   command->footer(
       "Examples:\n  t4d weave frames/*.vdb -o moving.t4d\n"
       "  t4d weave heart.nrrd --label 2 -o heart.t4d\n"
-      "  t4d weave embryo.tif --iso 900 --region 100:400,80:300,:,0:50 -o part.t4d\n"
-      "  t4d weave dicom_folder --iso 300 -o scan.t4d\n"
-      "  t4d weave https://host/embryo.zarr --level 2 --iso 900 -o embryo.t4d\n"
+      "  t4d weave heart.nii.gz --iso 900 --region 100:400,80:300,:,0:50 -o part.t4d\n"
       "  t4d weave scan_*.nii.gz --iso 300 --frame-time 0.04 -o scan.t4d\n"
-      "  t4d weave frames/water_*.obj --voxel-size 0.01 --frame-time 0.04 -o water.t4d");
+      "  t4d weave frames/water_*.obj --voxel-size 0.01 --frame-time 0.04 -o water.t4d\n"
+      "  python3 -m t4d weave dicom_folder --iso 300 -o scan.t4d");
   command->callback([=, &exitCode] {
     const auto& spacing = options->spacing;
     if (spacing.size() == 2) {

@@ -1,4 +1,3 @@
 #include "tools/program/modules.h"
 
-extern "C" const WebFunctions t4dWebFunctions = {&t4d::formats::openHttpSource,
-                                                 &t4d::formats::httpFiles};
+extern "C" const WebFunctions t4dWebFunctions = {&t4d::formats::openHttpSource};

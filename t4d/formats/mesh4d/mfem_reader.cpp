@@ -111,11 +111,11 @@ class MfemReader {
         return text_.error();
       }
       if (std::ranges::find(geometries, found) == geometries.end()) {
-        return fail(ErrorCode::Unsupported,
-                    fmt::format("found geometry {}, expected {} ({})", found,
-                                fmt::join(geometries, " or "),
-                                pentatopes ? "pentatope" : "tetrahedron"),
-                    text_.where());
+        return fail(
+            ErrorCode::Unsupported,
+            fmt::format("found geometry {}, expected {} ({})", found, fmt::join(geometries, " or "),
+                        pentatopes ? "pentatope" : "tetrahedron"),
+            text_.where());
       }
       std::array<std::uint64_t, 5> corners{};
       const std::size_t size = pentatopes ? 5 : 4;

@@ -98,9 +98,10 @@ TEST(Mfem, BoundaryIsMadeOfPentatopesIfThereIsNone) {
 TEST(Mfem, BranchesOfMfemHaveOtherNumbersForPentatopes) {
   for (const char* const geometry : {"6", "7", "8"}) {
     const LoadedMesh4d loaded = read4dBytes(
-        "a.mesh", fmt::format("MFEM mesh v1.0\ndimension\n4\nelements\n1\n1 {} 0 1 2 3 4\nboundary\n"
-                              "0\n{}",
-                              geometry, kMfemVertices));
+        "a.mesh",
+        fmt::format("MFEM mesh v1.0\ndimension\n4\nelements\n1\n1 {} 0 1 2 3 4\nboundary\n"
+                    "0\n{}",
+                    geometry, kMfemVertices));
     EXPECT_DOUBLE_EQ(hypervolumeOf(loaded.bodies), kSimplex) << geometry;
   }
 }

@@ -17,10 +17,7 @@ namespace t4d::formats {
 
 namespace {
 
-constexpr long kOk = 200;
 constexpr long kPartialContent = 206;
-constexpr long kNotFound = 404;
-constexpr long kGone = 410;
 constexpr long kPreconditionFailed = 412;
 constexpr long kRangeNotSatisfiable = 416;
 
@@ -87,7 +84,6 @@ bool isDropped(CURLcode code) {
 struct HttpClient::Answer {
   CURL* curl = nullptr;
   std::uint64_t most = 0;
-  std::uint64_t mostWhole = 0;  ///< of a file that is sent as a whole
   std::string header;
   std::vector<std::byte> body;
   bool tooLong = false;
@@ -100,9 +96,7 @@ struct HttpClient::Answer {
     return code;
   }
   /// The bytes that an answer of this status may have.
-  std::uint64_t mostOf(long code) const {
-    return code == kPartialContent ? most : code == kOk ? mostWhole : 0;
-  }
+  std::uint64_t mostOf(long code) const { return code == kPartialContent ? most : 0; }
   std::string_view statusLine() const {
     const std::string_view all(header);
     return trimmed(all.substr(0, all.find('\n')));
@@ -129,13 +123,11 @@ struct HttpClient::Answer {
     answer.header += line;
     return line.size();
   }
-  /// Stops at once where the answer is not what was requested. The page that says that there is no
-  /// such file is dropped, which keeps the connection.
+  /// Stops at once where the answer is not what was requested.
   static std::size_t takeBody(const char* data, std::size_t one, std::size_t size, void* self) {
     auto& answer = *static_cast<Answer*>(self);
     const std::size_t bytes = one * size;
     const long code = answer.status();
-    if (answer.mostWhole > 0 && (code == kNotFound || code == kGone)) return bytes;
     if (answer.mostOf(code) == 0) return 0;
     answer.tooLong = bytes > answer.mostOf(code) - answer.body.size();
     if (answer.tooLong) return 0;
@@ -183,8 +175,7 @@ Result<void> HttpClient::request(Answer& answer, const std::string& range,
   const bool secure = schemeOf(session_->url) == "https";
   const auto mostSeconds =
       static_cast<long>(timeouts_.connectSeconds + timeouts_.stalledSeconds +
-                        std::max(answer.most, answer.mostWhole) /
-                            static_cast<std::uint64_t>(timeouts_.leastBytesPerSecond));
+                        answer.most / static_cast<std::uint64_t>(timeouts_.leastBytesPerSecond));
   answer.curl = curl;
   for (int attempt = 1;; ++attempt) {
     answer.header.clear();
@@ -257,47 +248,6 @@ Result<HttpPart> HttpClient::get(const std::string& range, std::uint64_t most,
   return judge(answer, range);
 }
 
-Result<std::optional<system::WebFile>> HttpClient::getFile(const std::string& range,
-                                                           std::uint64_t most) {
-  constexpr std::uint64_t kMostWhole = std::uint64_t{1} << 30U;
-  Answer answer;
-  answer.most = most;
-  answer.mostWhole = range.empty() ? most : kMostWhole;
-  if (auto done = request(answer, range, {}); !done) return done.error();
-  const long status = answer.status();
-  if (status == kNotFound || status == kGone) return std::nullopt;
-  const auto fileOf = [](const std::vector<std::byte>& bytes, bool whole) {
-    return system::WebFile{{reinterpret_cast<const char*>(bytes.data()), bytes.size()}, whole};
-  };
-  if (status == kPartialContent && !range.empty()) {
-    const auto part = judge(answer, range);
-    if (!part) return part.error();
-    return fileOf(part->bytes, false);
-  }
-  if (status != kOk) {
-    return refused(fmt::format("the server answers {}", quotable(answer.statusLine())));
-  }
-  if (answer.tooLong) {
-    return refused(fmt::format("has more than {} bytes, which is not expected", answer.mostWhole));
-  }
-  if (auto good = judgeEncoding(answer); !good) return good.error();
-  return fileOf(answer.body, true);
-}
-
-void HttpClient::goTo(const std::string& url) {
-  session_->url = url;
-  name_ = shownName(url);
-}
-
-Result<void> HttpClient::judgeEncoding(const Answer& answer) const {
-  const std::string encoding = answer.field("Content-Encoding");
-  if (encoding.empty() || sameIgnoringCase(encoding, "identity")) return {};
-  return refused(
-      fmt::format("the server sends parts of the file encoded as {}, which cannot be put together; "
-                  "download the file first",
-                  quotable(encoding)));
-}
-
 Result<HttpPart> HttpClient::judge(Answer& answer, const std::string& range) const {
   const long status = answer.status();
   const std::string words = quotable(answer.statusLine());
@@ -318,7 +268,13 @@ Result<HttpPart> HttpClient::judge(Answer& answer, const std::string& range) con
   if (answer.tooLong) {
     return refused(fmt::format("the server sends more than the {} bytes requested", answer.most));
   }
-  if (auto good = judgeEncoding(answer); !good) return good.error();
+  const std::string encoding = answer.field("Content-Encoding");
+  if (!encoding.empty() && !sameIgnoringCase(encoding, "identity")) {
+    return refused(
+        fmt::format("the server sends parts of the file encoded as {}, which cannot be put "
+                    "together; download the file first",
+                    quotable(encoding)));
+  }
   const std::string said = answer.field("Content-Range");
   const auto found = contentRangeOf(said);
   if (!found) {

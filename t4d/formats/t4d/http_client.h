@@ -3,13 +3,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "t4d/formats/t4d/byte_source.h"
 #include "t4d/model/error.h"
-#include "t4d/system/web_files.h"
 
 namespace t4d::formats {
 
@@ -46,13 +44,6 @@ class HttpClient {
   /// answer that is not a part of the file, more bytes or fewer than the answer says.
   Result<HttpPart> get(const std::string& range, std::uint64_t most, const std::string& ifMatch);
 
-  /// Requests this file, or a range of it if `range` is not empty; nothing if there is none (404 or
-  /// 410). A server that ignores the range sends all of it: at most 1 GiB.
-  Result<std::optional<system::WebFile>> getFile(const std::string& range, std::uint64_t most);
-
-  /// To another file; of the same server by the same connection.
-  void goTo(const std::string& url);
-
   /// With redirects and repeated requests.
   std::uint64_t requests() const { return requests_; }
   std::uint64_t bytesReceived() const { return bytesReceived_; }
@@ -62,7 +53,6 @@ class HttpClient {
   struct Session;
   Result<void> request(Answer& answer, const std::string& range, const std::string& ifMatch);
   Result<HttpPart> judge(Answer& answer, const std::string& range) const;
-  Result<void> judgeEncoding(const Answer& answer) const;
   Error refused(const std::string& message) const;
 
   std::string name_;

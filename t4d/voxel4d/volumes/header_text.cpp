@@ -44,19 +44,6 @@ std::string_view nameOf(SampleType type) {
   return "unknown";
 }
 
-Result<std::uint64_t> chosenChannel(std::uint64_t channels,
-                                    const std::optional<std::uint32_t>& channel,
-                                    const std::string& where) {
-  if (channels > 1 && !channel) {
-    return invalid(fmt::format("has {} channels; choose one, 0 to {}", channels, channels - 1),
-                   where, Remedy::Channel);
-  }
-  if (channel.value_or(0) < channels) return channel.value_or(0);
-  return invalid(fmt::format("has {} channel{}, so there is no channel {} (counted from 0)",
-                             channels, channels == 1 ? "" : "s", *channel),
-                 where);
-}
-
 Result<std::ifstream> openHeader(const std::filesystem::path& path) {
   const auto size = system::sizeOfRegularFile(path);
   if (!size) return size.error();

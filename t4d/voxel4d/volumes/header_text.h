@@ -64,12 +64,6 @@ inline std::string shown(std::string_view text) {
   return word;
 }
 
-/// The chosen one of `channels` channels, counted from 0. If there is only one, none need be
-/// chosen. Fails if there is no such channel.
-Result<std::uint64_t> chosenChannel(std::uint64_t channels,
-                                    const std::optional<std::uint32_t>& channel,
-                                    const std::string& where);
-
 /// By the names bool, int8, ..., uint64, float32, float64.
 std::optional<SampleType> sampleTypeNamed(std::string_view name);
 std::string_view nameOf(SampleType type);

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <string_view>
 
 #include "t4d/model/error.h"
@@ -24,12 +22,6 @@ Result<Volume> readNiftiHeader(const std::filesystem::path& path);
 /// NumPy's .npy, versions 1 to 3. `axes` says what its axes are, as `txyz`; empty: `txyz` of four
 /// axes, `xyz` of three.
 Result<Volume> readNpyHeader(const std::filesystem::path& path, std::string_view axes);
-
-/// TIFF and BigTIFF: ImageJ's hyperstacks, OME-TIFF in one file, what tifffile writes, or pages
-/// that are planes. `axes` says what the pages are where the file does not, as `zyx`, `tyx` or
-/// `tzcyx`; of several channels `channel` is read, counted from 0.
-Result<Volume> readTiffHeader(const std::filesystem::path& path, std::string_view axes,
-                              std::optional<std::uint32_t> channel);
 
 /// Bare samples after a line of text, `raw TYPE NX NY NZ [NT] [little|big]`, or all of a file
 /// without one whose line is given; where both are there, they must agree. TYPE is bool, int8 to

@@ -4,8 +4,6 @@
 #include <utility>
 #include <vector>
 
-#include "t4d/voxel4d/volumes/zarr_samples.h"
-
 namespace t4d::voxel4d {
 namespace {
 
@@ -111,13 +109,6 @@ class RegionReader : public SampleReader {
 }  // namespace
 
 Result<std::unique_ptr<SampleReader>> openRegion(const Volume& volume, const SampleData& data) {
-  if (data.encoding == SampleEncoding::Zarr) {
-    std::vector<ZarrRange> ranges;
-    for (const char axis : data.zarr->axes) {
-      ranges.push_back({volume.first(axis), volume.size(axis)});
-    }
-    return openZarrSamples(data.zarr, std::move(ranges));
-  }
   // What is written to a stream is the region.
   if (data.encoding == SampleEncoding::Stream) return openSamples(data, volume.type, 0);
   const std::vector<FileAxis> axes = axesOf(volume);

@@ -14,11 +14,7 @@
 #include <unistd.h>
 
 #include "t4d/system/regular_file.h"
-#include "t4d/voxel4d/volumes/dicom_series.h"
 #include "t4d/voxel4d/volumes/gzip_stream.h"
-#include "t4d/voxel4d/volumes/plane_reader.h"
-#include "t4d/voxel4d/volumes/tiff_file.h"
-#include "t4d/voxel4d/volumes/zarr_samples.h"
 
 namespace t4d::voxel4d {
 namespace {
@@ -291,28 +287,6 @@ class TextReader : public SampleReader {
   std::uint64_t read_ = 0;
 };
 
-class TiffReader : public PlaneReader {
- public:
-  TiffReader(TiffFile file, TiffPage layout, std::vector<std::uint64_t> pages)
-      : PlaneReader(layout.bytes()),
-        file_(std::move(file)),
-        layout_(layout),
-        pages_(std::move(pages)) {}
-
- private:
-  Result<void> readPlane(std::uint64_t number, std::span<std::byte> into) override {
-    if (auto there = file_.goTo(pages_.at(number)); !there) return there;
-    const auto layout = file_.layout();
-    if (!layout) return layout.error();
-    if (*layout != layout_) return invalid("has changed while it was read", file_.where());
-    return file_.read(layout_, into);
-  }
-
-  TiffFile file_;
-  TiffPage layout_;
-  std::vector<std::uint64_t> pages_;
-};
-
 /// The reader of a stream, which stays where it is between two uses.
 class StreamReader : public SampleReader {
  public:
@@ -326,20 +300,16 @@ class StreamReader : public SampleReader {
 };
 
 /// The most that a byte of a file can stand for: gzip's best is 1,032; a number in decimals takes
-/// two characters; TIFF's LZW and Deflate are no better than 4,096, but for empty pages.
+/// two characters.
 std::uint64_t mostBytes(SampleEncoding encoding, SampleType type) {
   switch (encoding) {
     case SampleEncoding::Raw:
-    case SampleEncoding::Dicom:
-    case SampleEncoding::Zarr:
     case SampleEncoding::Stream:
       return 1;
     case SampleEncoding::Gzip:
       return 1032;
     case SampleEncoding::Text:
       return sizeOf(type);
-    case SampleEncoding::Tiff:
-      return 4096;
   }
   return 1;
 }
@@ -385,9 +355,6 @@ Result<std::uint64_t> unpackedBytes(const std::filesystem::path& path, std::uint
 
 Result<std::unique_ptr<SampleReader>> openSamples(const SampleData& data, SampleType type,
                                                   std::uint64_t bytes) {
-  // Judged when the series was read.
-  if (data.encoding == SampleEncoding::Dicom) return openDicomSamples(data.dicom);
-  if (data.encoding == SampleEncoding::Zarr) return openZarrSamples(data.zarr);
   if (data.encoding == SampleEncoding::Stream) return std::make_unique<StreamReader>(data.stream);
   const std::string where = data.path.string();
   const auto size = system::sizeOfRegularFile(data.path);
@@ -399,13 +366,6 @@ Result<std::unique_ptr<SampleReader>> openSamples(const SampleData& data, Sample
                     "cannot hold",
                     bytes, stored),
         where);
-  }
-  if (data.encoding == SampleEncoding::Tiff) {
-    auto file = TiffFile::open(data.path);
-    if (!file) return file.error();
-    const auto layout = file->layout();
-    if (!layout) return layout.error();
-    return std::make_unique<TiffReader>(std::move(*file), *layout, data.pages);
   }
   if (data.encoding == SampleEncoding::Text) {
     std::ifstream file(data.path, std::ios::binary);

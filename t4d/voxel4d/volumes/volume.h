@@ -15,10 +15,8 @@
 
 namespace t4d::voxel4d {
 
-enum class SampleEncoding : std::uint8_t { Raw, Gzip, Text, Tiff, Dicom, Zarr, Stream };
+enum class SampleEncoding : std::uint8_t { Raw, Gzip, Text, Stream };
 
-struct DicomPlanes;
-struct ZarrSamples;
 class SampleReader;
 
 /// Where samples are.
@@ -27,13 +25,8 @@ struct SampleData {
   std::uint64_t offset = 0;  ///< of the data in the file, as they are stored
   std::uint64_t begin = 0;   ///< of the samples in the data, unpacked
   SampleEncoding encoding = SampleEncoding::Raw;
-  bool mayHaveMore = false;  ///< bytes may follow the samples
-  /// Of a TIFF: where each plane (x, y) is, one after another; with the samples in the order of
-  /// this machine.
-  std::vector<std::uint64_t> pages = {};
-  std::shared_ptr<const DicomPlanes> dicom = {};  ///< of DICOM: its planes
-  std::shared_ptr<const ZarrSamples> zarr = {};   ///< of Zarr: the chosen channel
-  std::shared_ptr<SampleReader> stream = {};      ///< of a stream: frame after frame, once
+  bool mayHaveMore = false;                   ///< bytes may follow the samples
+  std::shared_ptr<SampleReader> stream = {};  ///< of a stream: frame after frame, once
 };
 
 /// An axis of which not all samples are read.

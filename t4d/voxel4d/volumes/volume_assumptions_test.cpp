@@ -11,7 +11,6 @@
 #include "t4d/measure/mesh_check.h"
 #include "t4d/system/test_folder.h"
 #include "t4d/voxel4d/sample_box.h"
-#include "t4d/voxel4d/volumes/unit_names.h"
 #include "t4d/voxel4d/volumes/volume_frames.h"
 #include "t4d/voxel4d/volumes/volume_labels.h"
 #include "t4d/voxel4d/volumes/volume_samples.h"
@@ -271,21 +270,6 @@ TEST_F(Assumed, WhatIsAssumedIsSaid) {
   const auto line = opened(write("line.raw", volumeSamples()["line.raw"]));
   EXPECT_EQ(line.unsized, "xyz");
   EXPECT_EQ(line.assumedAxes, "");  // the format says them
-}
-
-TEST(UnitNames, HaveOneSpelling) {
-  for (const char* um :
-       {"um", "\u00B5m", "\u03BCm", "micrometer", "Micrometre", "micron", "microns", "\\u00B5m"}) {
-    EXPECT_EQ(unitNamed(um), "um") << um;
-  }
-  for (const char* second : {"s", "sec", "secs", "second", "Seconds"}) {
-    EXPECT_EQ(unitNamed(second), "s") << second;
-  }
-  EXPECT_EQ(unitNamed("ms"), "ms");
-  EXPECT_EQ(unitNamed("hours"), "h");
-  EXPECT_EQ(unitNamed("Mm"), "Mm");
-  EXPECT_EQ(unitNamed("parsec"), "parsec");
-  EXPECT_EQ(unitNamed(""), "");
 }
 
 }  // namespace

@@ -16,15 +16,11 @@
 #include "t4d/voxel4d/region_border.h"
 #include "t4d/voxel4d/same_place.h"
 #include "t4d/voxel4d/sample_box.h"
-#include "t4d/voxel4d/volumes/dicom_series.h"
 #include "t4d/voxel4d/volumes/frame_stream.h"
 #include "t4d/voxel4d/volumes/header_text.h"
 #include "t4d/voxel4d/volumes/headers.h"
 #include "t4d/voxel4d/volumes/region_reader.h"
 #include "t4d/voxel4d/volumes/sample_reader.h"
-#include "t4d/voxel4d/volumes/zarr.h"
-#include "t4d/voxel4d/volumes/zarr_samples.h"
-#include "t4d/voxel4d/volumes/zarr_store.h"
 
 namespace t4d::voxel4d {
 namespace {
@@ -39,18 +35,6 @@ struct Row {
 Result<Volume> readNrrd(const fs::path& path, const VolumeOptions&) { return readNrrdHeader(path); }
 Result<Volume> readNifti(const fs::path& path, const VolumeOptions&) {
   return readNiftiHeader(path);
-}
-
-Result<Volume> readTiff(const fs::path& path, const VolumeOptions& options) {
-  return readTiffHeader(path, options.axes, options.channel);
-}
-
-Result<Volume> readDicom(const fs::path& path, const VolumeOptions& options) {
-  return readDicomSeries({&path, 1}, options.series);
-}
-
-Result<Volume> readZarrInput(const fs::path& path, const VolumeOptions& options) {
-  return readZarr(path, {options.axes, options.level, options.channel}, options.web);
 }
 
 Result<Volume> readNpy(const fs::path& path, const VolumeOptions& options) {
@@ -68,19 +52,15 @@ const std::vector<Row>& rows() {
   static const std::vector<Row> table = {
       {{"NRRD", {".nrrd", ".nhdr"}, placed}, readNrrd},
       {{"NIfTI-1 and -2", {".nii", ".nii.gz", ".hdr"}, placed}, readNifti},
-      {{"TIFF, ImageJ and OME", {".tif", ".tiff"}, {"densities", "labels", "times", "units"}},
-       readTiff},
-      {{"DICOM series", {".dcm"}, placed}, readDicom},
-      {{"Zarr, OME-Zarr", {".zarr"}, {"densities", "labels", "masks", "place", "times", "units"}},
-       readZarrInput},
       {{"NumPy array", {".npy"}, samples}, readNpy},
       {{"bare samples", {".raw"}, samples}, readRaw},
   };
   return table;
 }
 
-/// By an extension that the name ends with.
-const Row* rowOfName(std::string name) {
+/// By an extension that the name ends with; null for none.
+const Row* rowOf(const fs::path& path) {
+  std::string name = path.filename().string();
   std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
   for (const Row& row : rows()) {
     for (const std::string_view extension : row.format.extensions) {
@@ -88,11 +68,6 @@ const Row* rowOfName(std::string name) {
     }
   }
   return nullptr;
-}
-
-const Row* rowOf(const fs::path& path) {
-  const Row* row = isWebUrl(path) ? nullptr : rowOfName(path.filename().string());
-  return row == nullptr && isZarr(path) ? rowOfName(".zarr") : row;
 }
 
 /// An error in the data of a volume says which header names them, if it is in another file.
@@ -218,12 +193,7 @@ class Frames : public FrameSource {
     if (!volumes_[0].frameNames.empty()) return volumes_[0].frameNames[index];
     return placeIn(volumes_[0].where, fmt::format("frame {}", index + volumes_[0].first('t')));
   }
-  std::string notice() const override {
-    const auto& zarr = volumes_.front().data.front().zarr;
-    const std::string chunks = zarr ? zarrNotice(*zarr->counts) : std::string();
-    const std::string border = border_.notice();
-    return border + (border.empty() || chunks.empty() ? "" : "; ") + chunks;
-  }
+  std::string notice() const override { return border_.notice(); }
 
   void readsPart() override { solid_ = true; }
 
@@ -238,7 +208,7 @@ class Frames : public FrameSource {
       return invalid(
           fmt::format("the sample ({}) of frame {} (counted from 0) is not finite, or too large",
                       indexText(volume, *firstUnusable(box, rule_)), at_ + volume.first('t')),
-          volume.where);
+          volume.frameNames.empty() ? volume.where : volume.frameNames[at_]);
     }
     solid_ = solid_ || !signs.blocks.empty() || !signs.tiles.empty();
     if (index + 1 == times_.size() && !solid_ && !options_.valuesAlone) {
@@ -604,35 +574,12 @@ std::vector<std::string_view> volumeExtensions() {
   return all;
 }
 
-bool isDicomInput(const fs::path& path) {
-  const Row* row = rowOf(path);
-  return row != nullptr ? row->read == readDicom : isDicom(path);
-}
+bool isVolumeFile(const fs::path& path) { return rowOf(path) != nullptr; }
 
-bool isZarrInput(const fs::path& path) {
-  const Row* row = rowOf(path);
-  return row != nullptr && row->read == readZarrInput;
-}
-
-bool mayHaveChannels(const fs::path& path) {
-  const Row* row = rowOf(path);
-  return row != nullptr && (row->read == readTiff || row->read == readZarrInput);
-}
-
-bool isVolumeFile(const fs::path& path) { return rowOf(path) != nullptr || isDicomInput(path); }
-
-Result<VolumeFrames> openVolumeFrames(std::span<const fs::path> inputs,
+Result<VolumeFrames> openVolumeFrames(std::span<const fs::path> files,
                                       const VolumeOptions& options) {
-  std::vector<fs::path> files(inputs.begin(), inputs.end());
+  if (files.empty()) return invalid("no frames: no file is given");
   std::vector<Volume> volumes;
-  if (std::ranges::any_of(files, isDicomInput)) {
-    auto series = readDicomSeries(files, options.series);
-    if (!series) return series.error();
-    if (auto checked = checkSizes(*series); !checked) return checked.error();
-    volumes.push_back(std::move(*series));
-    files.clear();
-  }
-  if (inputs.empty()) return invalid("no frames: no file is given");
   for (const fs::path& file : files) {
     const bool isStream = file == "-";
     const Row* row = rowOf(file);
@@ -652,9 +599,7 @@ Result<VolumeFrames> openVolumeFrames(std::span<const fs::path> inputs,
   const Volume& first = volumes.front();
   const std::size_t count = files.size() > 1 ? files.size() : first.frames();
   if (count < 2) {
-    const bool pages = first.data[0].encoding == SampleEncoding::Tiff && first.size('z') > 1;
-    return invalid("has one frame only; a 4D mesh needs two or more", first.where,
-                   pages ? Remedy::PagesAsFrames : Remedy::None);
+    return invalid("has one frame only; a 4D mesh needs two or more", first.where);
   }
   Extent frames{0, count};
   if (options.region) {
@@ -665,10 +610,6 @@ Result<VolumeFrames> openVolumeFrames(std::span<const fs::path> inputs,
       auto cropped = crop(volume, options.region->space, files.size() > 1 ? Extent{0, 1} : frames);
       if (!cropped) return cropped.error();
     }
-  }
-  for (const Volume& volume : volumes) {
-    if (!volume.data[0].zarr) continue;
-    if (auto good = checkZarrAmount(volume); !good) return good.error();
   }
   const auto rule = ruleOf(first, options);
   if (!rule) return rule.error();

@@ -12,7 +12,6 @@
 
 #include "t4d/model/layer_pose.h"
 #include "t4d/system/file_format.h"
-#include "t4d/system/web_files.h"
 #include "t4d/voxel4d/frame.h"
 #include "t4d/voxel4d/region.h"
 
@@ -24,18 +23,8 @@ std::vector<system::FileFormat> volumeFormats();
 /// The extensions of all of these, with their dots.
 std::vector<std::string_view> volumeExtensions();
 
-/// Whether a file is one of these, by its extension; DICOM, a file with its signature or a folder
-/// that holds one and no .vdb file; or Zarr.
+/// Whether a file is one of these, by its extension.
 bool isVolumeFile(const std::filesystem::path& path);
-
-/// Whether it is DICOM, by its contents.
-bool isDicomInput(const std::filesystem::path& path);
-
-/// Whether it is Zarr: a URL, or a folder that holds its metadata or has .zarr in its path.
-bool isZarrInput(const std::filesystem::path& path);
-
-/// Whether VolumeOptions::channel is for its format: TIFF and Zarr.
-bool mayHaveChannels(const std::filesystem::path& path);
 
 class InputBytes;
 
@@ -58,13 +47,7 @@ struct VolumeOptions {
   /// they override what the file says.
   std::optional<std::array<double, 3>> spacing = {};
   std::optional<std::array<double, 3>> origin = {};
-  /// What the axes of a .npy array are, as "txyz", or of the pages of a TIFF that does not say it,
-  /// as "tzyx"; "" is these. Those of a Zarr array override what it says.
-  std::string axes = {};
-  std::optional<std::uint32_t> channel = {};  ///< of TIFF or Zarr with several, counted from 0
-  std::uint32_t level = 0;                    ///< of an image of OME-Zarr; 0 is the finest
-  system::WebFiles web = {};                  ///< what requests URLs; without it they are refused
-  std::string series = {};                    ///< of DICOM: a SeriesInstanceUID or SeriesNumber
+  std::string axes = {};  ///< what the axes of a .npy array are, as "txyz"; "" for that or "xyz"
   /// What is read: samples along x, y and z, and frames, all counted from 0. Positions and times
   /// stay what they are without it.
   std::optional<Region> region = {};
@@ -101,21 +84,19 @@ struct VolumeFrames {
 };
 
 /// Frames from volumes: one file with an axis of time, or several of a frame each, in the order
-/// given, or from one series of DICOM images (volumes/dicom_series.h), files or their
-/// folder, or from Zarr (volumes/zarr.h), or `-`, a stream of frames (volumes/frame_stream.h).
-/// Everything beyond the samples is outside. A frame is read
-/// when it is requested, and then is in memory as float, or as double if its samples are wider than
-/// that or scaled. A file in which time is not the slowest axis is read at once, into a temporary
-/// file of the size of its samples. Without a time between frames they are 1 apart. Files of a
-/// frame each may place it differently by rounding (kSamePlace); all are taken to be where the
-/// first is.
+/// given, or `-`, a stream of frames (volumes/frame_stream.h). Everything beyond the samples is
+/// outside. A frame is read when it is requested, and then is in memory as float, or as double if
+/// its samples are wider than that or scaled. A file in which time is not the slowest axis is read
+/// at once, into a temporary file of the size of its samples. Without a time between frames they
+/// are 1 apart. Files of a frame each may place it differently by rounding (kSamePlace); all are
+/// taken to be where the first is.
 ///
 /// These are errors that name the file: what its header says is damaged, contradicts the size of
 /// the file, or is beyond what is read (volumes/headers.h); integers with neither `iso` nor
 /// `label`; samples that are not finite; a region that is not within the samples; voxels without
 /// volume; files of one series that differ; fewer than two frames, or more than kMaxFrames. If no
 /// frame has a sample inside, requesting the last frame is an error.
-Result<VolumeFrames> openVolumeFrames(std::span<const std::filesystem::path> inputs,
+Result<VolumeFrames> openVolumeFrames(std::span<const std::filesystem::path> files,
                                       const VolumeOptions& options = {});
 
 }  // namespace t4d::voxel4d

@@ -114,88 +114,6 @@ std::string nifti2(std::endian order) {
       .bytes();
 }
 
-/// A page for each plane of the samples, which follow the header and the description.
-std::string tiff(std::endian order, std::string description, const std::string& samples) {
-  constexpr std::uint32_t kPlane = 5 * 4 * sizeof(float);
-  description.resize(description.size() / 2 * 2 + 2, '\0');
-  const auto textBytes = static_cast<std::uint32_t>(description.size());
-  const auto dataBytes = static_cast<std::uint32_t>(samples.size());
-  const auto number = [&](auto value) { return bytesOf(value, order); };
-  std::string bytes = (order == std::endian::little ? "II" : "MM") + number(std::uint16_t{42}) +
-                      number(8 + textBytes + dataBytes) + description + samples;
-  const std::uint32_t pages = dataBytes / kPlane;
-  for (std::uint32_t page = 0; page < pages; ++page) {
-    struct Tag {
-      std::uint16_t name, type;  // 2: text, 3: 16 bits, 4: 32 bits
-      std::uint32_t count, value;
-    };
-    std::vector<Tag> tags = {
-        {256, 4, 1, 5}, {257, 4, 1, 4}, {258, 3, 1, 32}, {259, 3, 1, 1}, {262, 3, 1, 1}};
-    if (page == 0) tags.push_back({270, 2, textBytes, 8});
-    for (const Tag& tag : {Tag{273, 4, 1, 8 + textBytes + page * kPlane},
-                           {277, 3, 1, 1},
-                           {278, 4, 1, 4},
-                           {279, 4, 1, kPlane},
-                           {339, 3, 1, 3}}) {
-      tags.push_back(tag);
-    }
-    bytes += number(static_cast<std::uint16_t>(tags.size()));
-    for (const Tag& tag : tags) {
-      bytes += number(tag.name) + number(tag.type) + number(tag.count);
-      // Short values stand first in their four bytes.
-      bytes += tag.type == 3 ? number(static_cast<std::uint16_t>(tag.value)) + std::string(2, '\0')
-                             : number(tag.value);
-    }
-    const auto next = static_cast<std::uint32_t>(bytes.size() + 4);
-    bytes += number(page + 1 < pages ? next : std::uint32_t{0});
-  }
-  return bytes;
-}
-
-std::string dicomElement(std::uint32_t tag, std::string_view type, std::string value) {
-  if (value.size() % 2 != 0) value += type == "UI" || type == "OF" ? '\0' : ' ';
-  std::string bytes = bytesOf(static_cast<std::uint16_t>(tag >> 16U)) +
-                      bytesOf(static_cast<std::uint16_t>(tag)) + std::string(type);
-  if (type == "SQ" || type == "OF") {
-    bytes += std::string(2, '\0') + bytesOf(static_cast<std::uint32_t>(value.size()));
-  } else {
-    bytes += bytesOf(static_cast<std::uint16_t>(value.size()));
-  }
-  return bytes + value;
-}
-
-std::string dicomNumber(std::uint32_t tag, std::uint16_t value) {
-  return dicomElement(tag, "US", bytesOf(value));
-}
-
-std::string dicomItem(const std::string& value) {
-  return std::string("\xFE\xFF\x00\xE0", 4) + bytesOf(static_cast<std::uint32_t>(value.size())) +
-         value;
-}
-
-/// An enhanced image, whose frames say where and when they are.
-std::string dicom(const std::string& samples) {
-  std::string frames;
-  for (int i = 0; i < kSizes[2] * kSizes[3]; ++i) {
-    const int t = i / kSizes[2];
-    const std::string time = fmt::format("20260101120000.{}", t == 0 ? "00" : "25");
-    const std::string place = fmt::format("-1\\2\\{}", 0.25 + 0.5 * (i % kSizes[2]));
-    frames +=
-        dicomItem(dicomElement(0x00209111, "SQ", dicomItem(dicomElement(0x00189074, "DT", time))) +
-                  dicomElement(0x00209113, "SQ", dicomItem(dicomElement(0x00200032, "DS", place))));
-  }
-  const std::string shared = dicomItem(
-      dicomElement(0x00209116, "SQ",
-                   dicomItem(dicomElement(0x00200037, "DS", "1\\0\\0\\0\\1\\0"))) +
-      dicomElement(0x00289110, "SQ", dicomItem(dicomElement(0x00280030, "DS", "0.5\\0.5"))));
-  return std::string(128, '\0') + "DICM" + dicomElement(0x00020010, "UI", "1.2.840.10008.1.2.1") +
-         dicomElement(0x0020000E, "UI", "1.2.3") + dicomElement(0x00280004, "CS", "MONOCHROME2") +
-         dicomElement(0x00280008, "IS", "12") + dicomNumber(0x00280010, 4) +
-         dicomNumber(0x00280011, 5) + dicomNumber(0x00280100, 32) +
-         dicomElement(0x52009229, "SQ", shared) + dicomElement(0x52009230, "SQ", frames) +
-         dicomElement(0x7FE00008, "OF", samples);
-}
-
 }  // namespace
 
 std::string gzipped(const std::string& bytes) {
@@ -216,27 +134,6 @@ std::string gzipped(const std::string& bytes) {
 float volumeSample(int x, int y, int z, int frame) {
   return static_cast<float>(std::hypot(x - 1.9 - 0.3 * frame, y - 1.6, z - 2.4 + 0.1 * frame) -
                             1.45);
-}
-
-std::map<std::string, std::string> zarrSample() {
-  const std::string samples = bytesOf(values("xyzt"));
-  return {
-      {"zarr.json",
-       R"({"zarr_format": 3, "node_type": "group", "attributes": {"ome": {"version": "0.5",
-           "multiscales": [{"axes": [{"name": "t", "type": "time"}, {"name": "z", "type": "space"},
-             {"name": "y", "type": "space"}, {"name": "x", "type": "space"}],
-           "datasets": [{"path": "0", "coordinateTransformations": [
-             {"type": "scale", "scale": [0.25, 0.5, 0.5, 0.5]},
-             {"type": "translation", "translation": [0, 0.25, 2, -1]}]}]}]}}})"},
-      {"0/zarr.json",
-       R"({"zarr_format": 3, "node_type": "array", "shape": [2, 6, 4, 5], "data_type": "float32",
-           "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": [1, 6, 4, 5]}},
-           "chunk_key_encoding": {"name": "default"}, "fill_value": 1,
-           "codecs": [{"name": "bytes", "configuration": {"endian": "little"}},
-                      {"name": "gzip"}]})"},
-      {"0/c/0/0/0/0", gzipped(samples.substr(0, samples.size() / 2))},
-      {"0/c/1/0/0/0", gzipped(samples.substr(samples.size() / 2))},
-  };
 }
 
 std::map<std::string, std::string> volumeSamples() {
@@ -269,16 +166,6 @@ std::map<std::string, std::string> volumeSamples() {
       {"pair.img", little},
       {"two.nii", nifti2(kLittle) + little},
       {"two_big.nii", nifti2(kBig) + big},
-      {"imagej.tif",
-       tiff(kBig, "ImageJ=1.53t\nimages=12\nslices=6\nframes=2\nspacing=0.5\nfinterval=0.25\n",
-            big)},
-      {"ome.tiff",
-       tiff(kLittle,
-            R"(<OME><Image><Pixels DimensionOrder="XYZTC" SizeZ="6" SizeT="2" PhysicalSizeX="0.5" )"
-            R"(PhysicalSizeY="0.5" PhysicalSizeZ="0.5" TimeIncrement="0.25"><TiffData/></Pixels>)"
-            R"(</Image></OME>)",
-            little)},
-      {"enhanced.dcm", dicom(little)},
       {"line.raw", "raw float32 5 4 6 2 big\n" + big},
   };
 }

@@ -10,9 +10,6 @@ namespace t4d::voxel4d {
 /// name of the file; `.raw` beside them are the data of detached headers.
 std::map<std::string, std::string> volumeSamples();
 
-/// That field in an image of OME-Zarr: contents by the names of the files in its folder.
-std::map<std::string, std::string> zarrSample();
-
 /// The value of a sample in these: the distance from the ball, negative inside.
 float volumeSample(int x, int y, int z, int frame);
 

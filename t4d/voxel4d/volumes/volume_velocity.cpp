@@ -108,17 +108,11 @@ Result<void> checkAlike(const VolumeFrames& component, const VolumeFrames& frame
 Result<std::unique_ptr<VelocitySource>> openVolumeVelocity(std::span<const fs::path> files,
                                                            const VolumeOptions& options,
                                                            const VolumeFrames& frames) {
-  if (files.size() != 1 && files.size() != 3) {
+  if (files.size() != 3) {
     return invalid(
-        fmt::format("velocities are in {} files; expected three, of the components "
-                    "along x, y and z, or one with three channels",
+        fmt::format("velocities are in {} files; expected three, of the components along "
+                    "x, y and z",
                     files.size()));
-  }
-  if (files.size() == 1 && !mayHaveChannels(files[0])) {
-    return invalid(
-        "has one value for each sample; a velocity is in three files, of the components "
-        "along x, y and z, or in one TIFF or Zarr with three channels",
-        files[0].string());
   }
   VolumeOptions how = options;
   how.valuesAlone = true;
@@ -126,9 +120,8 @@ Result<std::unique_ptr<VelocitySource>> openVolumeVelocity(std::span<const fs::p
   how.label.reset();
   how.outside.reset();
   std::array<VolumeFrames, 3> components;
-  for (std::uint32_t axis = 0; axis < 3; ++axis) {
-    if (files.size() == 1) how.channel = axis;
-    auto opened = openVolumeFrames({&files[files.size() == 1 ? 0 : axis], 1}, how);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    auto opened = openVolumeFrames({&files[axis], 1}, how);
     if (!opened) return opened.error();
     if (auto alike = checkAlike(*opened, frames); !alike) return alike.error();
     components[axis] = std::move(*opened);

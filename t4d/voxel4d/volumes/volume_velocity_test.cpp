@@ -149,8 +149,9 @@ TEST_F(VolumeVelocities, MayBeNumbersOfAnySignAndType) {
 
 TEST_F(VolumeVelocities, AreRefusedWithTheirFile) {
   std::array<fs::path, 3> files = velocities({4, 4, 4});
-  EXPECT_NE(errorOf({files.data(), 2}).message.find("expected three"), std::string::npos);
-  EXPECT_NE(errorOf({files.data(), 1}).message.find("three channels"), std::string::npos);
+  for (const std::size_t count : {1, 2}) {
+    EXPECT_NE(errorOf({files.data(), count}).message.find("expected three"), std::string::npos);
+  }
   files[2] = file(
       "small.npy", [](const Point3&, int) { return 1; }, kSize / 2);
   const Error small = errorOf(files);

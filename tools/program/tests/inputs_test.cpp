@@ -61,12 +61,6 @@ class Inputs : public Program {
     write("v.nhdr",
           "NRRD0004\ntype: uint8\ndimension: 4\nsizes: 4 4 4 2\nencoding: raw\n"
           "kinds: domain domain domain time\ndata file: vol.samples\n");
-    fs::create_directories(folder_ / "z.zarr");
-    write("z.zarr/.zarray",
-          R"({"zarr_format": 2, "shape": [2, 4, 4, 4], "chunks": [1, 4, 4, 4], "dtype": "|u1",)"
-          R"("compressor": null, "fill_value": 0, "order": "C", "filters": null})");
-    write("z.zarr/0.0.0.0", samples.substr(0, 64));
-    write("z.zarr/1.0.0.0", samples.substr(64));
     fs::create_directories(folder_ / "npy");
     std::string header = "{'descr': '|u1', 'fortran_order': False, 'shape': (4, 4, 4), }";
     header.resize(117, ' ');
@@ -97,7 +91,6 @@ class Inputs : public Program {
         {"sweep fx/arm.json --caps cone", {"fx/arm.json"}, o, ".t4d"},
         {"weave grids", {"grids/frame_0000.vdb", "grids/frame_0001.vdb"}, o, ".t4d"},
         {weaving + "v.nhdr", {"v.nhdr", "vol.samples"}, o, ".t4d"},
-        {weaving + "z.zarr", {"z.zarr/.zarray", "z.zarr/0.0.0.0", "z.zarr/1.0.0.0"}, o, ".t4d"},
         {weaving + "npy/f0.npy npy/f1.npy", {"npy/f0.npy", "npy/f1.npy"}, o, ".t4d"},
         {"mill fx/cube.obj --tool ball:d=6,l=30 -m fx/rest.json --voxel-size 4 --frames 2",
          {"fx/cube.obj", "fx/rest.json"},

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include "tools/program/tests/program.h"
@@ -38,6 +39,39 @@ TEST_F(Program, ModelsOfOtherProgramsHaveAWayIn) {
       refuses(command.replace(command.find(" F"), 2, std::string(" ") + file), way);
     }
   }
+}
+
+/// What Python's libraries read has a command, with the options of the one that was tried.
+TEST_F(Program, FramesOfOtherKindsGoThroughPython) {
+  fs::create_directories(folder_ / "scan");
+  write("scan/IM 0001", std::string(128, '\0') + "DICM");
+  fs::create_directories(folder_ / "store/0");
+  write("store/zarr.json", "{}");
+  for (const char* const file : {"a.tif", "a.h5", "a.mha", "a.vti", "a.npy"}) {
+    write(file, std::string(100, '?'));
+  }
+  for (const auto& [words, kind] :
+       {std::pair{"scan --iso 300 -o x.t4d", "scan: is DICOM"},
+        {"'scan/IM 0001' scan --series 1.2 -o x.t4d", "scan/IM 0001: is DICOM"},
+        {"store --level 1 --label=2 -o x.t4d", "store: is Zarr"},
+        {"https://host/a.zarr/labels --dataset 0", "https://host/a.zarr/labels: is Zarr"},
+        {"a.tif --axes tcyx --channel 1 -o x.t4d", "a.tif: is TIFF"},
+        {"a.h5", "a.h5: is HDF5"},
+        {"a.mha --iso=-3 -o x.t4d", "a.mha: is a medical image"},
+        {"a.vti -o x.t4d", "a.vti: is a volume of VTK"},
+        {"a.npy --velocity-file a.tif -o x.t4d", "a.tif: is TIFF"}}) {
+    refuses(
+        std::string("weave ") + words,
+        fmt::format("t4d: {}, which Python's libraries read\nt4d: try: python3 -m t4d weave {}\n",
+                    kind, words));
+  }
+  refuses("slice a.h5 --time 0 -o x.ply",
+          "it is HDF5; make a 4D mesh of frames: python3 -m t4d weave a.h5 -o a.t4d");
+  // Neither help nor the name of an output is an input.
+  EXPECT_EQ(run("weave a.tif --help").exitCode, 0);
+  EXPECT_THAT(run("weave a.npy -o a.tif").err, Not(HasSubstr("Python")));
+  EXPECT_THAT(run("weave a.npy --channel 1 -o x.t4d").err,
+              HasSubstr("--channel is for what python3 -m t4d weave reads"));
 }
 
 TEST_F(Program, StillModelsAreMovedByAMotion) {

@@ -1,3 +1,0 @@
-#include "tools/program/modules.h"
-
-extern "C" const DicomFunctions t4dDicomFunctions = {&t4d::voxel4d::unpackDicomImage};
