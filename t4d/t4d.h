@@ -76,6 +76,7 @@
 #include "t4d/verbs/simplify.h"
 #include "t4d/verbs/slice.h"
 #include "t4d/verbs/sweep.h"
+#include "t4d/verbs/track.h"
 #include "t4d/verbs/transform.h"
 #include "t4d/verbs/validate.h"
 #include "t4d/verbs/view.h"
