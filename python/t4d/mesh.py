@@ -33,6 +33,7 @@ from t4d.errors import InvalidInput, Loss, about, warn
 from t4d.frames import Frames, is_path, open_frames
 from t4d.motions import Motion, MotionLike
 from t4d.slabs import SlabStream
+from t4d.tracks import Tracks, tables
 from t4d.triangles import TriangleMesh
 from t4d.unchanging import Unchanging
 
@@ -388,6 +389,14 @@ class Mesh(Unchanging):
     def volumes(self, times: Numbers, progress: Progress = None) -> NDArray[np.float64]:
         """The volume at each of ``times``, as of ``measure``."""
         return self.measure(times, progress)["volume"]
+
+    def tracks(self, **options: Any) -> Tracks:
+        """The components over time, and when each appears, splits, merges and vanishes: tables for
+        pandas and links for networkx. Options are those of ``t4d.verbs.track``, such as
+        ``surfaces=True`` and ``min_volume=8``."""
+        from t4d.commands import run
+
+        return tables(run("track", self, **options))
 
     # What is done with it
 

@@ -40,6 +40,18 @@ def test_what_verbs_find_wrong_is_a_report_and_what_is_not_printed_is_none(model
     assert isinstance(found.copy(), verbs.DiffReport)
 
 
+def test_tracks_are_tables_of_the_report(cube):
+    vertices, triangles = cube
+    mesh = t4d.sweep(vertices, triangles, {"segments": [{"duration": 2}]})
+    found = mesh.tracks(times=(0, 1, 2))
+    assert found.tracks["id"].tolist() == [1] and found.tracks["begins"][0] == "mesh"
+    assert found.tracks["from"] == found.tracks["into"] == [[]] and found.links == []
+    assert found.samples["time"].tolist() == [0, 1, 2] and found.samples["x"].shape == (3,)
+    assert np.isnan(found.samples["speed"][0]) and found.samples["speed"][1] == 0
+    assert np.allclose(found.samples["volume"], mesh.volumes([0, 1, 2]))
+    assert found.events["x"].shape == (0,) and found.events["before"] == []
+
+
 def test_the_last_option_takes_no_file(models):
     plane = verbs.slice(models / "cube.t4d", hyperplane=(0, 0, 0, 1, 2), output=t4d.TriangleMesh)
     again = verbs.slice(models / "cube.t4d", output=t4d.TriangleMesh, time=np.array(2))

@@ -56,11 +56,12 @@ void noticeDefaultFrames() {
       {fmt::format("{} frames, evenly spaced; --frames changes their number", kDefaultFrames)});
 }
 
-void FrameOptions::addTo(CLI::App& command, std::uint64_t most) {
+void FrameOptions::addTo(CLI::App& command, std::uint64_t most, const std::string& usual) {
   auto* which = command.add_option_group(kTimesGroup, "Times of the frames (at most one of these)");
   which
       ->add_option(kFramesOption, count,
-                   fmt::format("Number of evenly spaced frames (default: {})", kDefaultFrames))
+                   fmt::format("Number of evenly spaced frames (default: {})",
+                               usual.empty() ? fmt::format("{}", kDefaultFrames) : usual))
       ->check(wholeNumber(1, most));
   which
       ->add_option("--times", times,

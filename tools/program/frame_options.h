@@ -31,8 +31,8 @@ struct FrameOptions {
   double framesPerSecond = 24;
 
   /// Adds `--frames`, `--times` and `--times-file`, of which one or none is given, each for up to
-  /// `most` frames.
-  void addTo(CLI::App& command, std::uint64_t most);
+  /// `most` frames. `usual` says what is the default, if not kDefaultFrames.
+  void addTo(CLI::App& command, std::uint64_t most, const std::string& usual = {});
 
   /// Adds `--speed-file` to these, and `--fps`, which it returns.
   CLI::Option* addSpeedTo(CLI::App& command);

@@ -159,6 +159,8 @@ const runs = [
   ['join', [at('dwell-1.vdb'), at('dwell-2.vdb'), '-o', at('joined.vdb')], 0],
   ['join', [at('dwell-2.vdb'), '-o', at('none.vdb')], 4],
   ['view', [at('filtered.t4d'), '-o', at('filtered.html')], 0],
+  ['track', [at('filtered.t4d')], 0],
+  ['track', [at('filtered.t4d'), '--surfaces', '--min-volume', 1, '-o', at('tracks.graphml'), '--events', at('events.csv')], 0],
   ['quality', [at('filtered.t4d')], 0],
   ['quality', [at('filtered.t4d'), '--worst', 0, '-o', at('shaped.t4d')], 0],
   ['transform', [at('rest.t4d'), '--move', '19.5', '1', '1', '-o', at('beside.t4d')], 0],
