@@ -27,12 +27,13 @@ class BuildWithCMake(build_py):
                 check=True,
             )  # fmt: skip
         subprocess.run(
-            ["cmake", "--build", BUILD, "--parallel", "--target", "t4d_python", "t4d_python_verbs", "t4d"],
+            ["cmake", "--build", BUILD, "--parallel", "--target", "t4d_python", "t4d_python_verbs", "t4d_blender", "t4d"],
             check=True,
         )
         package = Path(self.build_lib) / "t4d"
         shutil.rmtree(package, ignore_errors=True)
         shutil.copytree(BUILD / "python" / "t4d", package, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copy2(BUILD / "blender" / "io_mesh_t4d.zip", package)  # for t4d-blender
         (package / "bin").mkdir()
         for path in (BUILD / "t4d", *BUILD.glob("t4d_*.so")):
             shutil.copy2(path, package / "bin" / path.name)
