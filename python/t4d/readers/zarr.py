@@ -252,21 +252,35 @@ def _beside(array: Any, name: str) -> Coordinates:
         return None
 
 
-def _check_codecs(array: Any, where: str) -> None:
-    """Raises InvalidInput for pickle, which runs what a chunk says, and which numcodecs took before 0.15.2."""
+def _check_codecs(array: Any, where: str) -> List[str]:
+    """Their names. Raises InvalidInput for pickle, which runs what a chunk says, and which numcodecs took before
+    0.15.2."""
     last = array.compressors if hasattr(array, "compressors") else [array.compressor]
-    if any(getattr(codec, "codec_id", "") == "pickle" for codec in [*(array.filters or ()), *last]):
+    codecs = [*(array.filters or ()), *last]
+    names = [str(getattr(codec, "codec_id", type(codec).__name__)).lower() for codec in codecs]
+    if "pickle" in names:
         raise InvalidInput("is stored by pickle, which can run any code; store it as numbers", where)
+    return names
+
+
+def _check_blosc(file: str) -> None:
+    """Raises InvalidInput for a chunk that is cut off, which numcodecs unpacks to other samples."""
+    with open(file, "rb") as chunk:
+        size = int.from_bytes(chunk.read(16)[12:], "little")
+        if os.fstat(chunk.fileno()).st_size < size:
+            raise InvalidInput("is cut off", file)
 
 
 def _missing_chunks(volume: Volume, path: str) -> Volume:
     """A note of chunks that have no file, where files can be counted at once, which must be regular ones."""
     array = volume.array
-    _check_codecs(array, volume.where)
+    blosc = _check_codecs(array, volume.where)[-1:] in (["blosc"], ["blosccodec"])
     if path and "://" not in path and getattr(array, "shards", None) is None and array.nchunks <= _MOST_COUNTED:
         for place, _, names in os.walk(path):
             for name in names:
                 _check_regular(os.path.join(place, name))
+                if blosc and name not in (*_METADATA, ".zmetadata"):
+                    _check_blosc(os.path.join(place, name))
         missing = array.nchunks - array.nchunks_initialized
         if missing > 0:
             volume.notes.append(f"{missing} of {array.nchunks} chunks have no file, and hold the fill value")

@@ -44,7 +44,7 @@ class Run:
     """One command, its inputs and what it may leave behind."""
 
     def __init__(self, arguments, inputs=(), output=None, must_fail=False, expect=None, check=None,
-                 seconds=BASE_SECONDS, most_bytes=None):
+                 seconds=BASE_SECONDS, most_bytes=None, stdin=os.devnull):
         self.arguments = [str(a) for a in arguments]
         self.inputs = [Path(i) for i in inputs]
         self.output = Path(output) if output else None
@@ -53,6 +53,7 @@ class Run:
         self.check = check  # of the Result, whatever it is: a list of problems
         self.seconds = seconds
         self.most_bytes = most_bytes  # by default in proportion to the inputs
+        self.stdin = stdin
 
 
 def cells_of_cube():

@@ -187,21 +187,11 @@ def stream(attack):
     if altered:
         content, _ = attack.altered(path, "altered")
         content.rename(path)
-    take_input(attack, path)
     output = attack.path("out.t4d")
     level = rng.choice([["--iso", 50], ["--below", 0], ["--label", 100], ["--label", "all"], []])
     more = rng.choice([[], [], [], ["--outside-value", "nan"], ["--frame-time", 0.1], ["--axes", "tzyx"],
                        ["--spacing", attack.extreme()], ["--caps", "graded"]])
-    return Run(["weave", "-", *level, *more, "-o", output], [path], output, expect={0, 2, 3, 4})
-
-
-def take_input(attack, path):
-    """This run's program has the file as its standard input, where others have none."""
-    script = attack.path("fed")
-    script.write_text(f'#!/bin/sh\nexec "{attack.program}" "$@" < "{path}"\n')
-    script.chmod(0o755)
-    attack.ending.callback(setattr, attack, "program", attack.program)
-    attack.program = str(script)
+    return Run(["weave", "-", *level, *more, "-o", output], [path], output, expect={0, 2, 3, 4}, stdin=path)
 
 
 @input_class(weight=8)
