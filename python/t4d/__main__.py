@@ -50,7 +50,8 @@ Options = Dict[str, List[Given]]
 def split(words: Sequence[str]) -> Tuple[List[str], Options]:
     """Inputs and options of the words after weave. How many values an option takes is told by the program's
     description."""
-    known = {**dict.fromkeys(_DOOR, {"value": "TEXT", "repeats": False}), **options_of("weave")}
+    known: Dict[str, Dict[str, Any]] = {name: {"value": "TEXT", "repeats": False} for name in _DOOR}
+    known.update(options_of("weave"))
     inputs: List[str] = []
     options: Options = {}
     left = list(words)

@@ -31,27 +31,32 @@ def read(paths: Sequence[str], choice: Choice) -> List[Volume]:
     return [first, *(_read(path, choice, True) for path in paths[1:])]
 
 
+class _Faults(logging.Handler):
+    """Keeps messages of pages that cannot be read."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.said: List[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        if record.levelno >= logging.ERROR or "invalid page" in record.getMessage():  # once a warning
+            self.said.append(record.getMessage())
+
+
 @contextlib.contextmanager
 def _whole(path: str) -> Iterator[None]:
     """Raises InvalidInput for errors that tifffile logs: it leaves out pages that are cut off."""
-    said: List[str] = []
-
-    def emit(record: logging.LogRecord) -> None:
-        if record.levelno >= logging.ERROR or "invalid page" in record.getMessage():  # once a warning
-            said.append(record.getMessage())
-
-    handler = logging.Handler()
-    handler.emit = emit  # type: ignore[method-assign]
-    logging.getLogger("tifffile").addHandler(handler)
+    faults = _Faults()
+    logging.getLogger("tifffile").addHandler(faults)
     try:
         yield
     except Exception:
-        if not said:
+        if not faults.said:
             raise
     finally:
-        logging.getLogger("tifffile").removeHandler(handler)
-    if said:
-        raise InvalidInput(f"is damaged or cut off: {said[0].rpartition('> ')[2]}", path)
+        logging.getLogger("tifffile").removeHandler(faults)
+    if faults.said:
+        raise InvalidInput(f"is damaged or cut off: {faults.said[0].rpartition('> ')[2]}", path)
 
 
 def _read(path: str, choice: Choice, is_frame: bool) -> Volume:
