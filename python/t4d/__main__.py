@@ -239,11 +239,10 @@ def weave(inputs: List[str], options: Options) -> int:
     try:
         with tempfile.TemporaryDirectory(prefix="t4d-velocities-") as folder:
             frames = _open(inputs, options) if any(map(_is_of_door, inputs)) else None
+            done = {name for name in _DOOR if frames is not None}
             if "velocity_file" in options:
                 _write_velocities(options, folder)
-            done = [] if frames is None else _DOOR
-            if "velocity_file" in options:  # the program gives velocities the place of the solid
-                done = [name for name in done if name not in ("spacing", "origin")]
+                done -= {"spacing", "origin"}  # the program gives velocities the place of the solid
             names = [name for name in options if name not in done]
             words = [word for name in names for given in options[name] for word in given.words]
             every = "all" in _values(options, "label")  # are looked for in all frames

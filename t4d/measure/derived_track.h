@@ -5,7 +5,7 @@
 
 #include "t4d/measure/tracks.h"
 
-/// What of tracks and events follows from the rest. For the sources of tracks.h only.
+/// What of tracks and events follows from the rest.
 namespace t4d::measure {
 
 /// The kind and the count of an event in which so many tracks end and begin.

@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/formats/text/xml_text.h"
+#include "t4d/measure/derived_track.h"
 #include "t4d/verbs/csv_field.h"
 #include "t4d/verbs/json_text.h"
 
@@ -30,15 +32,6 @@ ordered_json idsOf(const BodyTracks& body, const std::vector<std::uint32_t>& tra
   return ids;
 }
 
-/// With blanks between them.
-std::string idText(const BodyTracks& body, const std::vector<std::uint32_t>& tracks) {
-  std::string text;
-  for (const std::uint32_t track : tracks) {
-    text += fmt::format("{}{}", text.empty() ? "" : " ", body.firstId + track);
-  }
-  return text;
-}
-
 std::string unitsOf(const TrackReport& report) {
   return fmt::format(",{},{}\n", csvField(report.lengthUnit), csvField(report.timeUnit));
 }
@@ -55,31 +48,6 @@ void forTracks(const TrackReport& report, Work work) {
       work(body, i, body.tracks.tracks[i]);
     }
   }
-}
-
-/// The text with the characters escaped that mean something in XML; others that it cannot have are
-/// left out.
-std::string xmlText(std::string_view text) {
-  std::string escaped;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        escaped += "&amp;";
-        break;
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '>':
-        escaped += "&gt;";
-        break;
-      case '"':
-        escaped += "&quot;";
-        break;
-      default:
-        if (static_cast<unsigned char>(c) >= 0x20) escaped += c;
-    }
-  }
-  return escaped;
 }
 
 std::string dotText(std::string_view text) {
@@ -101,25 +69,24 @@ std::string_view nameOf(TrackEventKind kind) {
   return kNames[static_cast<std::size_t>(kind)];
 }
 
-namespace {
-
-std::string_view changeOf(std::size_t before, std::size_t after) {
-  if (before == 1) return nameOf(TrackEventKind::Splits);
-  return nameOf(after == 1 ? TrackEventKind::Merges : TrackEventKind::Rearranges);
+std::string idText(const BodyTracks& body, const std::vector<std::uint32_t>& tracks) {
+  std::string text;
+  for (const std::uint32_t track : tracks) {
+    text += fmt::format("{}{}", text.empty() ? "" : " ", body.firstId + track);
+  }
+  return text;
 }
-
-}  // namespace
 
 std::string_view beginOf(const Tracks& tracks, const Track& track) {
   if (track.beginsWithMesh) return kMesh;
   if (track.from.empty()) return nameOf(TrackEventKind::Appears);
-  return changeOf(track.from.size(), tracks.tracks[track.from[0]].into.size());
+  return nameOf(measure::trackKindOf(track.from.size(), tracks.tracks[track.from[0]].into.size()));
 }
 
 std::string_view endOf(const Tracks& tracks, const Track& track) {
   if (track.endsWithMesh) return kMesh;
   if (track.into.empty()) return nameOf(TrackEventKind::Vanishes);
-  return changeOf(tracks.tracks[track.into[0]].from.size(), track.into.size());
+  return nameOf(measure::trackKindOf(tracks.tracks[track.into[0]].from.size(), track.into.size()));
 }
 
 Result<TrackReport> track(const Input& input, const measure::TrackOptions& options,
@@ -141,6 +108,8 @@ Result<TrackReport> track(const Input& input, const measure::TrackOptions& optio
     auto tracks = measure::tracksOf(*body.source, own, stage->part(body.source->slabCount()));
     if (!tracks) return inInput(tracks.error(), input);
     const std::uint64_t count = tracks->tracks.size();
+    report.prunedTracks += tracks->prunedTracks;
+    report.prunedEvents += tracks->prunedEvents;
     report.bodies.push_back({body.name, next, std::move(*tracks)});
     next += count;
   }
@@ -212,7 +181,7 @@ std::string graphMl(const TrackReport& report) {
         "<node id=\"{}\"><data key=\"body\">{}</data><data key=\"kind\">{}</data>"
         "<data key=\"begin\">{}</data><data key=\"end\">{}</data><data key=\"begins\">{}</data>"
         "<data key=\"ends\">{}</data><data key=\"volume\">{}</data></node>\n",
-        body.firstId + i, xmlText(body.name), kindOf(track), track.begin, track.end,
+        body.firstId + i, formats::xmlEscaped(body.name), kindOf(track), track.begin, track.end,
         beginOf(body.tracks, track), endOf(body.tracks, track), track.largestVolume);
   });
   forTracks(report, [&](const BodyTracks& body, std::uint32_t i, const Track& track) {
@@ -246,8 +215,6 @@ std::string dotGraph(const TrackReport& report) {
 std::string jsonOf(const TrackReport& report) {
   ordered_json tracks = ordered_json::array();
   ordered_json events = ordered_json::array();
-  std::uint64_t prunedTracks = 0;
-  std::uint64_t prunedEvents = 0;
   forTracks(report, [&](const BodyTracks& body, std::uint32_t i, const Track& track) {
     ordered_json samples = ordered_json::array();
     for (const measure::TrackSample& sample : track.samples) {
@@ -275,8 +242,6 @@ std::string jsonOf(const TrackReport& report) {
                       {"samples", std::move(samples)}});
   });
   for (const BodyTracks& body : report.bodies) {
-    prunedTracks += body.tracks.prunedTracks;
-    prunedEvents += body.tracks.prunedEvents;
     for (const TrackEvent& event : body.tracks.events) {
       events.push_back({{"time", event.time},
                         {"event", nameOf(event.kind)},
@@ -292,8 +257,8 @@ std::string jsonOf(const TrackReport& report) {
                    {"time_unit", report.timeUnit},
                    {"tracks", std::move(tracks)},
                    {"events", std::move(events)},
-                   {"pruned_tracks", prunedTracks},
-                   {"pruned_events", prunedEvents}});
+                   {"pruned_tracks", report.prunedTracks},
+                   {"pruned_events", report.prunedEvents}});
 }
 
 }  // namespace t4d::verbs

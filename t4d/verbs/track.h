@@ -22,6 +22,8 @@ struct TrackReport {
   std::vector<BodyTracks> bodies;
   std::string lengthUnit;  ///< "" if unknown
   std::string timeUnit;
+  std::uint64_t prunedTracks = 0;  ///< of all bodies
+  std::uint64_t prunedEvents = 0;
 };
 
 /// Tracks the components of each body (measure::tracksOf).
@@ -32,6 +34,9 @@ Result<TrackReport> track(const Input& input, const measure::TrackOptions& optio
 /// hole-closes, cavity-appears, cavity-vanishes, cavity-opens, cavity-closes, cavities-split or
 /// cavities-merge.
 std::string_view nameOf(measure::TrackEventKind kind);
+
+/// The ids of tracks of a body, with blanks between them.
+std::string idText(const BodyTracks& body, const std::vector<std::uint32_t>& tracks);
 
 /// How a track begins: mesh, or the name of an event of tracks. How it ends, alike.
 std::string_view beginOf(const measure::Tracks& tracks, const measure::Track& track);

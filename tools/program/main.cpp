@@ -73,11 +73,11 @@ std::optional<int> leftToPython(std::span<const std::string> words) {
   if (words.empty() || words.front() != "weave" || std::ranges::any_of(words, asksForHelp)) {
     return std::nullopt;
   }
-  const auto file = firstPythonInput(words.subspan(1));
-  if (!file) return std::nullopt;
+  const auto found = firstPythonInput(words.subspan(1));
+  if (!found) return std::nullopt;
   std::string command = kPythonWeave;
   for (const std::string& word : words.subspan(1)) command += " " + shellWord(word);
-  say(fmt::format("{}: is {}, which Python's libraries read", *file, pythonInput(*file)));
+  say(fmt::format("{}: is {}, which Python's libraries read", found->file, found->kind));
   sayHint("try: " + command);
   return kInvalid;
 }

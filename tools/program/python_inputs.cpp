@@ -10,6 +10,9 @@
 
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/t4d/url.h"
+#include "t4d/verbs/mesh_frames.h"
+#include "t4d/voxel4d/vdb_frames.h"
+#include "t4d/voxel4d/volumes/volume_frames.h"
 
 namespace t4d::tools {
 namespace {
@@ -45,11 +48,14 @@ bool isDicom(const fs::path& file) {
   return in && std::string_view(bytes.data(), bytes.size()).substr(kBefore) == "DICM";
 }
 
+/// Of what the program reads itself nothing is opened.
 std::string kindOfFile(const fs::path& file) {
   std::string kind = byExtension(file.string());
+  const bool isOwn = voxel4d::isVolumeFile(file) || verbs::isMeshFrame(file.string()) ||
+                     formats::isOneOf(voxel4d::vdbFormats(), file);
+  if (!kind.empty() || isOwn) return kind;
   std::error_code ignored;
-  if (kind.empty() && fs::is_regular_file(file, ignored) && isDicom(file)) kind = "DICOM";
-  return kind;
+  return fs::is_regular_file(file, ignored) && isDicom(file) ? "DICOM" : kind;
 }
 
 /// What all files of a folder are, or some of them, if it holds DICOM.
@@ -81,13 +87,12 @@ std::string pythonInput(const std::string& path) {
   return fs::is_directory(path, ignored) ? kindOfFolder(path) : kindOfFile(path);
 }
 
-std::optional<std::string> firstPythonInput(std::span<const std::string> words) {
+std::optional<PythonInput> firstPythonInput(std::span<const std::string> words) {
   if (std::ranges::find(words, "-") != words.end()) return std::nullopt;
   for (std::size_t i = 0; i < words.size(); ++i) {
-    if (words[i] == "-o" || words[i] == "--output")
-      ++i;
-    else if (!words[i].starts_with('-') && !pythonInput(words[i]).empty())
-      return words[i];
+    const bool isOutput = i > 0 && (words[i - 1] == "-o" || words[i - 1] == "--output");
+    if (isOutput || words[i].starts_with('-')) continue;
+    if (std::string kind = pythonInput(words[i]); !kind.empty()) return PythonInput{words[i], kind};
   }
   return std::nullopt;
 }

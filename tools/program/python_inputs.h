@@ -13,7 +13,13 @@ inline constexpr const char* kPythonWeave = "python3 -m t4d weave";
 /// else.
 std::string pythonInput(const std::string& path);
 
+/// A word that is such a file.
+struct PythonInput {
+  std::string file;
+  std::string kind;
+};
+
 /// The first such file among the words of `t4d weave`, but for its output; none beside `-`.
-std::optional<std::string> firstPythonInput(std::span<const std::string> words);
+std::optional<PythonInput> firstPythonInput(std::span<const std::string> words);
 
 }  // namespace t4d::tools

@@ -43,14 +43,6 @@ Result<std::string> fileOf(const std::string& path, const verbs::TrackReport& re
   return plotFile(path, lineagePicture(report));
 }
 
-std::string idsOf(const verbs::BodyTracks& body, const std::vector<std::uint32_t>& tracks) {
-  std::string text;
-  for (const std::uint32_t track : tracks) {
-    text += fmt::format("{}{}", text.empty() ? "" : " ", body.firstId + track);
-  }
-  return text;
-}
-
 void printTables(const verbs::TrackReport& report) {
   const bool several = report.bodies.size() > 1;
   std::vector<std::vector<std::string>> rows;
@@ -66,8 +58,8 @@ void printTables(const verbs::TrackReport& report) {
           {fmt::format("{}", body.firstId + i), fmt::format("{:.9g}", track.begin),
            std::string(verbs::beginOf(body.tracks, track)), fmt::format("{:.9g}", track.end),
            std::string(verbs::endOf(body.tracks, track)),
-           fmt::format("{:.6g}", track.largestVolume), idsOf(body, track.from),
-           idsOf(body, track.into)});
+           fmt::format("{:.6g}", track.largestVolume), idText(body, track.from),
+           idText(body, track.into)});
     }
   }
   printTable(rows, several ? "rlrlrlrll" : "rrlrlrll");
@@ -83,7 +75,7 @@ void printTables(const verbs::TrackReport& report) {
       add(shownLine(body.name), {fmt::format("{:.9g}", event.time), name,
                                  fmt::format("({:.6g}, {:.6g}, {:.6g})", event.place.x(),
                                              event.place.y(), event.place.z()),
-                                 idsOf(body, event.before), idsOf(body, event.after)});
+                                 idText(body, event.before), idText(body, event.after)});
     }
   }
   if (rows.size() > 1) printTable(rows, several ? "rlllll" : "rllll");
@@ -128,13 +120,9 @@ int run(const TrackArguments& options) {
   }
   std::uint64_t tracks = 0;
   std::uint64_t events = 0;
-  std::uint64_t prunedTracks = 0;
-  std::uint64_t prunedEvents = 0;
   for (const verbs::BodyTracks& body : tracked->bodies) {
     tracks += body.tracks.tracks.size();
     events += body.tracks.events.size();
-    prunedTracks += body.tracks.prunedTracks;
-    prunedEvents += body.tracks.prunedEvents;
   }
   if (options.json) {
     tools::printText(jsonOf(*tracked) + "\n");
@@ -145,8 +133,9 @@ int run(const TrackArguments& options) {
   } else {
     print("{}: {}, {}\n", options.input, counted(tracks, "track"), counted(events, "event"));
   }
-  if (prunedTracks + prunedEvents > 0) {
-    print("  left out: {}, {}\n", counted(prunedTracks, "track"), counted(prunedEvents, "event"));
+  if (tracked->prunedTracks + tracked->prunedEvents > 0) {
+    print("  left out: {}, {}\n", counted(tracked->prunedTracks, "track"),
+          counted(tracked->prunedEvents, "event"));
   }
   return kDone;
 }

@@ -5,7 +5,7 @@
 
 namespace t4d::formats {
 
-/// Text for the value of an XML attribute in double quotes.
+/// Text for XML: between tags, or for the value of an attribute in double quotes.
 inline std::string xmlEscaped(std::string_view text) {
   std::string escaped;
   for (const char c : text) {
@@ -15,6 +15,9 @@ inline std::string xmlEscaped(std::string_view text) {
         break;
       case '<':
         escaped += "&lt;";
+        break;
+      case '>':
+        escaped += "&gt;";
         break;
       case '"':
         escaped += "&quot;";

@@ -38,6 +38,8 @@ def options(attack):
         Run(["simplify", file, f"--{rng.choice(['ratio', 'cells', 'max-error', 'window', 'part'])}={value}",
              "--html", attack.path("page.html"), "-o", out], [file], out),
         Run(["simplify", file, "--ratio", "0.5", f"--time-scale={value}", "-o", out], [file], out),
+        Run(["track", file, f"--{rng.choice(['min-volume', 'min-duration', 'times', 'frames'])}={value}", "-o",
+             attack.path("tracks.svg")], [file]),
     ])
 
 

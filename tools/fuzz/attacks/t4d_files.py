@@ -286,10 +286,10 @@ def manifests(attack):
         data = bytearray(file.read_bytes())
         data[rng.randrange(len(data))] = rng.randrange(256)
         file.write_bytes(data)
-    verb = rng.choice(["validate", "slice", "info", "measure", "join", "convert"])
+    verb = rng.choice(["validate", "slice", "info", "measure", "track", "join", "convert"])
     wrong = {4} if kind in ("missing", "exchanged", "pipe", "path") else None
     inputs = [file, *(each for each in parts if each.is_file())]
-    if verb in ("validate", "info", "measure"):
+    if verb in ("validate", "info", "measure", "track"):
         must = wrong if verb == "validate" or kind in ("missing", "pipe", "path") else None
         return Run([verb, file], inputs, expect=must or ({4} if kind == "altered" and verb == "validate"
                                                          else None))
