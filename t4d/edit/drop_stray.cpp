@@ -15,39 +15,6 @@ namespace {
 using model::Triangle;
 using model::TriangleMesh;
 
-/// The area that closes these edges: fans about the middle of each set of connected ones.
-double areaWithin(const TriangleMesh& mesh, const model::SurfaceEdges& edges,
-                  const std::vector<std::uint32_t>& rim) {
-  std::vector<std::uint32_t> corners;
-  for (const std::uint32_t e : rim) {
-    corners.push_back(edges.edges[e].low);
-    corners.push_back(edges.edges[e].high);
-  }
-  std::ranges::sort(corners);
-  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
-  const auto numberOfCorner = [&](std::uint32_t vertex) {
-    return static_cast<std::uint32_t>(std::ranges::lower_bound(corners, vertex) - corners.begin());
-  };
-  model::UnionFind loops(corners.size());
-  for (const std::uint32_t e : rim) {
-    loops.unite(numberOfCorner(edges.edges[e].low), numberOfCorner(edges.edges[e].high));
-  }
-  std::vector<model::Point3> middles(corners.size(), model::Point3::Zero());
-  std::vector<int> counts(corners.size());
-  for (std::uint32_t i = 0; i < corners.size(); ++i) {
-    middles[loops.root(i)] += mesh.vertices[corners[i]];
-    ++counts[loops.root(i)];
-  }
-  double area = 0;
-  for (const std::uint32_t e : rim) {
-    const std::uint32_t loop = loops.root(numberOfCorner(edges.edges[e].low));
-    const model::Point3 middle = middles[loop] / counts[loop];
-    const model::Point3 low = mesh.vertices[edges.edges[e].low] - middle;
-    area += low.cross(mesh.vertices[edges.edges[e].high] - middle).norm() / 2;
-  }
-  return area;
-}
-
 /// Drops parts between edges with an odd number of triangles. Returns how many triangles.
 std::size_t dropStrayOnce(TriangleMesh& mesh) {
   const model::SurfaceEdges edges = model::edgesOf(mesh.triangles);
@@ -107,7 +74,6 @@ std::size_t dropStrayOnce(TriangleMesh& mesh) {
   }
   // A fin or a wall closes its own rim. What has much more area is a solid with a hole there. A
   // wall that is missed at its edges is a face in which another triangle is missing.
-  constexpr double kOfRim = 2;
   std::erase_if(all, [&](const Part& part) {
     return !part.touches || !part.fits || part.area > whole / 2 ||
            (!part.isOpen && part.gain < 0) ||
@@ -129,6 +95,38 @@ std::size_t dropStrayOnce(TriangleMesh& mesh) {
 }
 
 }  // namespace
+
+double areaWithin(const TriangleMesh& mesh, const model::SurfaceEdges& edges,
+                  const std::vector<std::uint32_t>& rim) {
+  std::vector<std::uint32_t> corners;
+  for (const std::uint32_t e : rim) {
+    corners.push_back(edges.edges[e].low);
+    corners.push_back(edges.edges[e].high);
+  }
+  std::ranges::sort(corners);
+  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+  const auto numberOfCorner = [&](std::uint32_t vertex) {
+    return static_cast<std::uint32_t>(std::ranges::lower_bound(corners, vertex) - corners.begin());
+  };
+  model::UnionFind loops(corners.size());
+  for (const std::uint32_t e : rim) {
+    loops.unite(numberOfCorner(edges.edges[e].low), numberOfCorner(edges.edges[e].high));
+  }
+  std::vector<model::Point3> middles(corners.size(), model::Point3::Zero());
+  std::vector<int> counts(corners.size());
+  for (std::uint32_t i = 0; i < corners.size(); ++i) {
+    middles[loops.root(i)] += mesh.vertices[corners[i]];
+    ++counts[loops.root(i)];
+  }
+  double area = 0;
+  for (const std::uint32_t e : rim) {
+    const std::uint32_t loop = loops.root(numberOfCorner(edges.edges[e].low));
+    const model::Point3 middle = middles[loop] / counts[loop];
+    const model::Point3 low = mesh.vertices[edges.edges[e].low] - middle;
+    area += low.cross(mesh.vertices[edges.edges[e].high] - middle).norm() / 2;
+  }
+  return area;
+}
 
 void dropStray(TriangleMesh& mesh, Changes& changes) {
   std::size_t dropped = 0;

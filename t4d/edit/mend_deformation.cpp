@@ -1,13 +1,19 @@
 #include "t4d/edit/mend_deformation.h"
 
 #include <algorithm>
+#include <functional>
+#include <memory>
+#include <numeric>
 #include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include "t4d/edit/carried_attributes.h"
+#include "t4d/edit/derived_keys.h"
 #include "t4d/edit/mend_steps.h"
 #include "t4d/edit/surface_crossings.h"
+#include "t4d/edit/thicken_sheets.h"
 #include "t4d/measure/surface_distance.h"
 #include "t4d/model/surface_check.h"
 
@@ -16,46 +22,6 @@ namespace {
 
 using model::Point3;
 using model::TriangleMesh;
-
-/// Two vertices that became one, and how far apart they may be.
-struct MergedPair {
-  std::uint32_t kept;
-  std::uint32_t gone;
-  double apart;  ///< along any axis
-};
-
-/// The keys of some of the vertices.
-class KeysOfSome : public model::VertexKeys {
- public:
-  KeysOfSome(std::unique_ptr<model::VertexKeys> all, std::size_t vertices,
-             std::vector<std::uint32_t> kept, std::vector<MergedPair> merged)
-      : all_(std::move(all)),
-        places_(vertices),
-        kept_(std::move(kept)),
-        merged_(std::move(merged)) {}
-
-  std::uint64_t count() const override { return all_->count(); }
-  double time(std::uint64_t key) const override { return all_->time(key); }
-  std::optional<model::Affine3x4> pose(std::uint64_t key) const override { return all_->pose(key); }
-  Result<void> positions(std::uint64_t key, std::span<Point3> into) const override {
-    if (auto read = all_->positions(key, places_); !read) return read;
-    for (const MergedPair& pair : merged_) {
-      const double apart = (places_[pair.gone] - places_[pair.kept]).cwiseAbs().maxCoeff();
-      if (apart <= pair.apart) continue;
-      return invalid(fmt::format("vertices {} and {} were merged, but are {:.6g} apart at time {}",
-                                 pair.kept, pair.gone, apart, time(key)),
-                     {}, Remedy::Motion);
-    }
-    for (std::size_t i = 0; i < kept_.size(); ++i) into[i] = places_[kept_[i]];
-    return {};
-  }
-
- private:
-  std::unique_ptr<model::VertexKeys> all_;
-  mutable std::vector<Point3> places_;
-  std::vector<std::uint32_t> kept_;
-  std::vector<MergedPair> merged_;
-};
 
 /// For each vertex of a triangle that is another one after merging, both.
 std::vector<MergedPair> mergedPairs(const TriangleMesh& before, const TriangleMesh& after,
@@ -77,33 +43,102 @@ std::vector<MergedPair> mergedPairs(const TriangleMesh& before, const TriangleMe
   return pairs;
 }
 
-/// Fails unless the surface bounds a solid as it is.
-Result<void> checkNothingToMove(const TriangleMesh& mesh, bool nested) {
+/// Fails if triangles meet or components are nested, unless that is accepted.
+Result<void> checkApart(const TriangleMesh& mesh, bool nested, Crossings crossings) {
   constexpr const char* kWhy = "mending that would move vertices, which it cannot at every key";
-  if (auto closed = model::checkClosedSurface(mesh); !closed) {
-    return invalid(fmt::format("{}; {}", closed.error().message, kWhy));
-  }
+  if (crossings == Crossings::Accepted) return {};
   if (nested) {
-    return invalid(fmt::format("components lie inside others at the first key; {}", kWhy));
+    return invalid(
+        fmt::format("components lie inside others or touch along edges at the first key; {}", kWhy),
+        {}, Remedy::ConeCapsAlone);
   }
   if (!findsCrossings()) return {};
   constexpr std::size_t kCounted = 1000;
-  const auto crossings = findCrossings(mesh, kCounted);
-  if (!crossings) return crossings.error();
-  if (crossings->none()) return {};
+  const auto found = findCrossings(mesh, kCounted);
+  if (!found) return found.error();
+  if (found->none()) return {};
   return invalid(fmt::format("{}{} pairs of triangles meet and {} are flat at the first key; {}",
-                             crossings->complete ? "" : "more than ", crossings->pairs.size(),
-                             crossings->flat.size(), kWhy));
+                             found->complete ? "" : "more than ", found->pairs.size(),
+                             found->flat.size(), kWhy),
+                 {}, Remedy::ConeCapsAlone);
 }
+
+/// Voxels cannot help at every key.
+Error withoutRemeshing(Error error) {
+  if (error.remedy == Remedy::Remesh) error.remedy = Remedy::None;
+  return error;
+}
+
+/// The origins of vertices that follow others, by what these follow themselves.
+std::vector<VertexOrigin> through(std::vector<VertexOrigin> origins,
+                                  const std::vector<std::uint32_t>& kept) {
+  for (VertexOrigin& origin : origins) {
+    for (std::uint32_t& vertex : origin) vertex = kept[vertex];
+  }
+  return origins;
+}
+
+/// The runs of a surface in the making, each of which follows the run before.
+class Followers {
+ public:
+  /// `local` are the vertices that poses move; none if there are no poses.
+  Followers(std::size_t vertices, std::vector<Point3> local)
+      : sources_(vertices), local_(std::move(local)) {
+    std::iota(sources_.begin(), sources_.end(), 0U);
+  }
+
+  void follow(std::vector<VertexOrigin> origins, std::vector<MergedPair> merged) {
+    const std::size_t vertices = sources_.size();
+    std::vector<std::uint32_t> sources;
+    for (const VertexOrigin& origin : origins) sources.push_back(sources_[origin.front()]);
+    sources_ = std::move(sources);
+    if (!local_.empty()) {
+      std::vector<Point3> moved;
+      for (const VertexOrigin& origin : origins) moved.push_back(middleOf(local_, origin));
+      local_ = std::move(moved);
+    }
+    makers_.emplace_back([=, mesh = std::make_shared<const std::vector<Point3>>(local_)](
+                             std::unique_ptr<model::VertexKeys> run) {
+      return std::make_unique<KeysOfOrigins>(std::move(run), vertices, origins, merged, mesh);
+    });
+  }
+
+  void thicken(const ThickSheets& thick, double thickness) {
+    for (const std::uint32_t vertex : thick.sheet)
+      sources_.push_back(std::uint32_t(sources_[vertex]));
+    local_.clear();  // the sides of a pose that scales are not apart by the thickness
+    makers_.emplace_back([=](std::unique_ptr<model::VertexKeys> run) {
+      return std::make_unique<KeysOfThickSheets>(std::move(run), thick.triangles, thick.sheet,
+                                                 thickness);
+    });
+  }
+
+  std::unique_ptr<model::VertexKeys> madeOf(std::unique_ptr<model::VertexKeys> run) const {
+    for (const auto& maker : makers_) run = maker(std::move(run));
+    return run;
+  }
+
+  bool empty() const { return makers_.empty(); }
+  const std::vector<Point3>& local() const { return local_; }
+  /// For each vertex, the one at the beginning that it follows, or one of two.
+  const std::vector<std::uint32_t>& sources() const { return sources_; }
+
+ private:
+  std::vector<std::uint32_t> sources_;
+  std::vector<Point3> local_;
+  std::vector<std::function<std::unique_ptr<model::VertexKeys>(std::unique_ptr<model::VertexKeys>)>>
+      makers_;
+};
 
 }  // namespace
 
-Result<MendSurfaceReport> mendDeformation(TriangleMesh& mesh,
-                                          std::unique_ptr<model::VertexKeys>& keys,
-                                          const MendSurfaceOptions& options) {
+Result<MendSurfaceReport> mendDeformation(TriangleMesh& mesh, Runs& runs,
+                                          const MendSurfaceOptions& options, Crossings crossings) {
   TriangleMesh before{std::vector<Point3>(mesh.vertices.size()), mesh.triangles, {}};
-  if (auto read = keys->positions(0, before.vertices); !read) return read.error();
+  if (auto read = runs.front()->positions(0, before.vertices); !read) return read.error();
   if (auto checked = checkElements(before); !checked) return checked.error();
+  Followers followers(mesh.vertices.size(),
+                      runs.front()->pose(0) ? mesh.vertices : std::vector<Point3>());
   MendSurfaceReport report;
   TriangleMesh work = before;
   weld(work, options.weld, report.changes);
@@ -114,28 +149,56 @@ Result<MendSurfaceReport> mendDeformation(TriangleMesh& mesh,
   const model::UnitScale scale = model::UnitScale::of({&work});
   if (scale.changes()) work = scale.toUnit(work);
   dropStray(work, report.changes);
-  auto kept = dropUnusedVertices(work);
-  auto done = orient(work, report.changes);
-  if (done) done = fillHoles(work, options, scale, report.changes);
-  if (!done) {
-    Error error = done.error();
-    if (error.remedy == Remedy::Remesh) error.remedy = Remedy::None;
-    return error;
+  const auto kept = dropUnusedVertices(work);
+  if (auto done = orient(work, report.changes); !done) return withoutRemeshing(done.error());
+
+  if (options.thicken) {
+    auto thick = thickSheetsOf(work, *options.thicken, scale, report.changes);
+    if (!thick) return thick.error();
+    if (*thick) {
+      followers.follow(through((*thick)->origins, kept), merged);
+      followers.thicken(**thick, *options.thicken);
+      work = std::move((*thick)->mesh);
+    }
+  } else if (const auto sheets = countSheets(work); !sheets || *sheets > 0) {
+    if (!sheets) return sheets.error();
+    return invalid(fmt::format("{} nothing: open, and crossing what would close it",
+                               numberOf(*sheets, "sheet encloses", "sheets enclose")),
+                   {}, Remedy::Thicken);
+  }
+  if (auto done = fillHoles(work, options, scale, report.changes); !done) {
+    return withoutRemeshing(done.error());
   }
   const bool nested = faceOutward(work, report.changes);
-  if (auto good = checkNothingToMove(work, nested); !good) return good.error();
+  if (auto good = checkApart(work, nested, crossings); !good) return good.error();
   report.components = componentsOf(work).size();
-  for (std::size_t i = 0; i < kept.size(); ++i) work.vertices[i] = before.vertices[kept[i]];
+
+  const SplitSurface split = splitWhereTouching(work);
+  noteSplit(split, report.changes);
+  if (auto closed = model::checkClosedSurface(split.mesh); !closed) {
+    return invalid(closed.error().message + ", also after mending");
+  }
+  if (followers.empty()) {
+    followers.follow(through(split.origins, kept), merged);
+  } else {
+    followers.follow(split.origins, {});
+  }
+  Runs made;
+  for (auto& run : runs) made.push_back(followers.madeOf(std::move(run)));
+  runs = std::move(made);
+  TriangleMesh after{std::vector<Point3>(split.mesh.vertices.size()), split.mesh.triangles, {}};
+  if (auto read = runs.front()->positions(0, after.vertices); !read) return read.error();
   if (!report.changes.empty()) {
     constexpr double kTolerance = 1e-4;
-    report.hausdorff = measure::surfaceDistance(before, work, kTolerance).hausdorff();
+    report.hausdorff = measure::surfaceDistance(before, after, kTolerance).hausdorff();
   }
-  measureAfter(welded, work, options, report);
+  measureAfter(welded, after, options, report);
   report.closed = report.manifold = true;
-  if (findsCrossings()) report.selfIntersections = 0;
-  keys = std::make_unique<KeysOfSome>(std::move(keys), mesh.vertices.size(), std::move(kept),
-                                      std::move(merged));
-  mesh = std::move(work);
+  if (findsCrossings() && crossings == Crossings::Refused) report.selfIntersections = 0;
+  mesh.attributes = carriedAttributes({{}, welded.triangles, std::move(mesh.attributes)},
+                                      after.triangles, followers.sources());
+  mesh.triangles = std::move(after.triangles);
+  mesh.vertices = followers.local().empty() ? std::move(after.vertices) : followers.local();
   return report;
 }
 

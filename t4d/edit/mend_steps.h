@@ -1,14 +1,17 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "t4d/edit/mend_surface.h"
 #include "t4d/model/error.h"
+#include "t4d/model/surface_edges.h"
 #include "t4d/model/triangle_mesh.h"
 #include "t4d/model/unit_scale.h"
 
@@ -65,6 +68,15 @@ Result<void> dropDuplicates(model::TriangleMesh& mesh, Changes& changes);
 
 // drop_stray.cpp
 
+/// What closes its own rim has no more than so many times the area that does. A solid with a hole
+/// has more.
+inline constexpr double kOfRim = 2;
+
+/// The area that closes these edges, by their numbers: fans about the middle of each set of
+/// connected ones.
+double areaWithin(const model::TriangleMesh& mesh, const model::SurfaceEdges& edges,
+                  const std::vector<std::uint32_t>& rim);
+
 /// Drops fins, and walls that divide the inside.
 void dropStray(model::TriangleMesh& mesh, Changes& changes);
 
@@ -112,6 +124,31 @@ Result<void> takeOuterSurface(model::TriangleMesh& mesh, bool always, Changes& c
 /// Whether the mesh bounds a solid when equal vertices are merged, as in a file. A build without
 /// CGAL ignores crossings.
 Result<bool> isSound(const model::TriangleMesh& mesh);
+
+/// The two vertices in whose middle a vertex is; a copy of a vertex has it twice.
+using VertexOrigin = std::array<std::uint32_t, 2>;
+
+inline model::Point3 middleOf(std::span<const model::Point3> places, const VertexOrigin& origin) {
+  if (origin[0] == origin[1]) return places[origin[0]];
+  return 0.5 * places[origin[0]] + 0.5 * places[origin[1]];
+}
+
+/// Each vertex is a copy of itself.
+std::vector<VertexOrigin> ownOrigins(std::size_t vertices);
+
+/// A surface whose parts share neither edges nor vertices where they touch.
+struct SplitSurface {
+  model::TriangleMesh mesh = {};
+  std::vector<VertexOrigin> origins = {};  ///< of its vertices, by those before
+  std::vector<std::uint32_t> copies = {};  ///< all vertices that are at the place of another one
+  std::size_t vertices = 0;                ///< that were divided, also those in the middle of edges
+  std::size_t edges = 0;
+};
+
+/// Gives parts that touch vertices of their own, at the same places, and those that touch along an
+/// edge one in the middle of it.
+SplitSurface splitWhereTouching(const model::TriangleMesh& mesh);
+void noteSplit(const SplitSurface& split, Changes& changes);
 
 /// Separates parts that touch each other.
 Result<void> takeApart(model::TriangleMesh& mesh, Changes& changes);

@@ -9,6 +9,7 @@
 #include "t4d/edit/mend_steps.h"
 #include "t4d/edit/remesh_surface.h"
 #include "t4d/edit/surface_crossings.h"
+#include "t4d/edit/thicken_sheets.h"
 #include "t4d/measure/surface_distance.h"
 #include "t4d/model/surface_edges.h"
 
@@ -42,6 +43,11 @@ Result<void> separate(TriangleMesh& mesh, Changes& changes) {
 /// Steps 4 to 7 of mendSurface, on an oriented mesh in the unit of `scale`.
 Result<void> closeAndSeparate(TriangleMesh& mesh, const MendSurfaceOptions& options,
                               const model::UnitScale& scale, Changes& changes) {
+  if (options.thicken) {
+    auto thick = thickSheetsOf(mesh, *options.thicken, scale, changes);
+    if (!thick) return thick.error();
+    if (*thick) mesh = std::move((*thick)->mesh);
+  }
   if (auto filled = fillHoles(mesh, options, scale, changes); !filled) return filled;
   const bool nested = faceOutward(mesh, changes);
   if (auto outer = takeOuterSurface(mesh, nested, changes); !outer) return outer;
@@ -162,6 +168,8 @@ const char* nameOf(SurfaceFault kind) {
       return "stray";
     case SurfaceFault::Turned:
       return "turned";
+    case SurfaceFault::Sheet:
+      return "sheet";
     case SurfaceFault::Hole:
       return "hole";
     case SurfaceFault::InsideOut:

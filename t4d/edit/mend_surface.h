@@ -21,6 +21,9 @@ struct MendSurfaceOptions {
   std::optional<double> maxMove = {};
   /// If nothing else helps, make a new surface from voxels of this size (remesh_surface.h).
   std::optional<double> remesh = {};
+  /// Give sheets this thickness: open surfaces that would enclose nothing if their holes were
+  /// filled.
+  std::optional<double> thicken = {};
 };
 
 enum class SurfaceFault : std::uint8_t {
@@ -28,6 +31,7 @@ enum class SurfaceFault : std::uint8_t {
   Duplicate,    ///< triangles with the corners of another one, or with a corner twice, dropped
   Stray,        ///< triangles that hang at an edge of a surface, or divide its inside, dropped
   Turned,       ///< triangles that disagreed with their neighbours, turned
+  Sheet,        ///< sheets, which got a thickness
   Hole,         ///< holes, filled
   InsideOut,    ///< components that faced inward, turned
   Crossing,     ///< pairs of triangles that met; the outer surface was taken
@@ -66,7 +70,7 @@ struct MendSurfaceReport {
   // Properties of the result. Always true if mendSurface succeeds.
   bool closed = false;
   bool manifold = false;
-  /// 0, or nothing in a build without CGAL, which does not look for them.
+  /// 0; nothing where they are accepted, and in a build without CGAL, which does not look for them.
   std::optional<std::uint64_t> selfIntersections = {};
   std::uint64_t components = 0;
 };
@@ -80,7 +84,7 @@ struct MendSurfaceReport {
 ///    a solid with a hole: it has more than twice the area that closes its rim;
 /// 3. turns triangles so that neighbours agree; in each component, those with less area in total.
 ///    Nothing is turned where each edge is traversed equally often in both directions;
-/// 4. fills holes, without new vertices;
+/// 4. gives sheets a thickness, if there is one; fills holes, without new vertices;
 /// 5. turns components that enclose a negative volume and are not inside another one;
 /// 6. takes the outer surface, the boundary of where the winding number is 1 or more, if triangles
 ///    cross, overlap, touch or are flat, if edges have more than two triangles, and if components

@@ -559,5 +559,24 @@ TEST(MendSurface, MendsRealMeshes) {
   }
 }
 
+TEST(MendSurface, SheetsBecomeSolidsOfTheirAreaTimesTheThickness) {
+  // A cube without a side, and a rectangle of 2 x 3.
+  TriangleMesh mesh = fixtures::cube(1);
+  mesh.triangles.erase(mesh.triangles.begin(), mesh.triangles.begin() + 2);
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+  for (const Point3& p : {Point3(5, 0, 0), Point3(7, 0, 0), Point3(7, 3, 0), Point3(5, 3, 0)}) {
+    mesh.vertices.push_back(p);
+  }
+  mesh.triangles.push_back({first, first + 1, first + 2});
+  mesh.triangles.push_back({first, first + 2, first + 3});
+  TriangleMesh refused = mesh;
+  EXPECT_FALSE(mendSurface(refused));
+  const auto report = mendSurface(mesh, {.thicken = 0.01});
+  ASSERT_TRUE(report) << report.error().text();
+  EXPECT_TRUE(model::checkClosedSurface(mesh));
+  EXPECT_EQ(report->components, 2U);
+  EXPECT_NEAR(signedVolume(mesh), 1 + 6 * 0.01, 1e-12);
+}
+
 }  // namespace
 }  // namespace t4d::edit

@@ -21,8 +21,8 @@ using model::Triangle;
 using model::TriangleMesh;
 
 /// Puts a vertex in the middle of each edge with more than two triangles, so that what meets there
-/// can be taken apart even if it is connected at both ends. Returns how many.
-std::size_t divideNonManifoldEdges(TriangleMesh& mesh) {
+/// can be taken apart even if it is connected at both ends. Adds the ends to `origins`.
+void divideNonManifoldEdges(TriangleMesh& mesh, std::vector<VertexOrigin>& origins) {
   const model::SurfaceEdges edges = model::edgesOf(mesh.triangles);
   std::vector<std::pair<std::uint32_t, std::uint32_t>> crowded;
   for (const model::EdgeSides& edge : edges.edges) {
@@ -41,7 +41,8 @@ std::size_t divideNonManifoldEdges(TriangleMesh& mesh) {
   for (std::uint32_t i = 0; !crowded.empty() && i < mesh.triangles.size(); ++i) list(i);
   for (const auto& [low, high] : crowded) {
     const auto middle = static_cast<std::uint32_t>(mesh.vertices.size());
-    mesh.vertices.emplace_back(0.5 * mesh.vertices[low] + 0.5 * mesh.vertices[high]);
+    mesh.vertices.push_back(middleOf(mesh.vertices, {low, high}));
+    origins.push_back({low, high});
     for (const std::uint32_t i : std::vector(around[low])) {
       Triangle first = mesh.triangles[i];
       const auto l = std::ranges::find(first, low);
@@ -55,12 +56,12 @@ std::size_t divideNonManifoldEdges(TriangleMesh& mesh) {
       list(static_cast<std::uint32_t>(mesh.triangles.size() - 1));
     }
   }
-  return crowded.size();
 }
 
-/// Gives each fan of triangles around a vertex a vertex of its own. Returns the vertices that have
-/// several now, all of them.
-std::vector<std::uint32_t> splitFans(TriangleMesh& mesh, std::size_t& split) {
+/// Gives each fan of triangles around a vertex a vertex of its own, with the origins of that one.
+/// Returns the vertices that have several now, all of them.
+std::vector<std::uint32_t> splitFans(TriangleMesh& mesh, std::vector<VertexOrigin>& origins,
+                                     std::size_t& split) {
   const auto mates = matesOf(mesh, model::edgesOf(mesh.triangles));
   model::UnionFind fans(mates.size());
   for (std::uint32_t side = 0; side < mates.size(); ++side) {
@@ -87,6 +88,7 @@ std::vector<std::uint32_t> splitFans(TriangleMesh& mesh, std::size_t& split) {
         vertexOfFan[fan] = static_cast<std::uint32_t>(mesh.vertices.size());
         result.push_back(vertexOfFan[fan]);
         mesh.vertices.emplace_back(Point3(mesh.vertices[vertex]));
+        origins.push_back(VertexOrigin(origins[vertex]));
       }
     }
     triangles[corner / 3][corner % 3] = vertexOfFan[fan];
@@ -251,13 +253,36 @@ Result<bool> isSound(const TriangleMesh& mesh) {
   return crossings->none();
 }
 
+std::vector<VertexOrigin> ownOrigins(std::size_t vertices) {
+  std::vector<VertexOrigin> origins(vertices);
+  for (std::uint32_t i = 0; i < vertices; ++i) origins[i] = {i, i};
+  return origins;
+}
+
+SplitSurface splitWhereTouching(const TriangleMesh& mesh) {
+  SplitSurface split{mesh, ownOrigins(mesh.vertices.size())};
+  divideNonManifoldEdges(split.mesh, split.origins);
+  split.edges = split.origins.size() - mesh.vertices.size();
+  split.copies = splitFans(split.mesh, split.origins, split.vertices);
+  return split;
+}
+
+void noteSplit(const SplitSurface& split, Changes& changes) {
+  const std::size_t vertices = split.vertices;
+  const std::size_t edges = split.edges;
+  note(changes, SurfaceFault::NonManifold, vertices,
+       edges > 0 ? fmt::format("took apart what touched at {} and {}",
+                               numberOf(vertices - edges, "vertex", "vertices"),
+                               numberOf(edges, "edge", "edges"))
+                 : fmt::format("took apart what touched at {}",
+                               numberOf(vertices, "vertex", "vertices")));
+}
+
 Result<void> takeApart(TriangleMesh& mesh, Changes& changes) {
-  TriangleMesh apart = mesh;
-  const std::size_t edges = divideNonManifoldEdges(apart);
-  std::size_t vertices = 0;
-  const auto split = splitFans(apart, vertices);
-  if (split.empty()) return {};
-  const std::vector<Copy> copies = copiesOf(apart, split);
+  const SplitSurface split = splitWhereTouching(mesh);
+  if (split.copies.empty()) return {};
+  TriangleMesh apart = split.mesh;
+  const std::vector<Copy> copies = copiesOf(apart, split.copies);
   const std::vector<Point3> places = apart.vertices;
   // Into the solid. Where surfaces are nested at a vertex, or a solid is too thin there, some have
   // to go another way: that with the fewest faults, one copy after the other.
@@ -269,12 +294,7 @@ Result<void> takeApart(TriangleMesh& mesh, Changes& changes) {
     if (!sound) return sound.error();
     if (*sound) {
       mesh = std::move(apart);
-      note(changes, SurfaceFault::NonManifold, vertices,
-           edges > 0 ? fmt::format("took apart what touched at {} and {}",
-                                   numberOf(vertices - edges, "vertex", "vertices"),
-                                   numberOf(edges, "edge", "edges"))
-                     : fmt::format("took apart what touched at {}",
-                                   numberOf(vertices, "vertex", "vertices")));
+      noteSplit(split, changes);
       return {};
     }
     const auto faulty = faultyAmong(copies, apart);
@@ -288,7 +308,7 @@ Result<void> takeApart(TriangleMesh& mesh, Changes& changes) {
   }
   return fail(ErrorCode::Unsupported,
               fmt::format("what touches at {} cannot be taken apart without crossings",
-                          numberOf(vertices, "vertex", "vertices")),
+                          numberOf(split.vertices, "vertex", "vertices")),
               {}, Remedy::Remesh);
 }
 

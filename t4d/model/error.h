@@ -45,6 +45,7 @@ enum class Remedy : std::uint8_t {
   OpenMesh,            ///< merge vertices, or accept a mesh that is not closed
   Mend,                ///< mend the triangle mesh
   Remesh,              ///< mend it through voxels
+  Thicken,             ///< give sheets a thickness
   RemeshSize,          ///< mend it through voxels of another size
   MaxHole,             ///< allow wider holes to be filled
   MaxMove,             ///< allow the surface to move farther

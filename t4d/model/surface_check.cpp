@@ -37,7 +37,8 @@ Result<void> checkElements(const TriangleMesh& mesh) {
   return {};
 }
 
-/// Checks that each edge has exactly two triangles, which traverse it in opposite directions.
+/// Checks that each edge has exactly two triangles, which traverse it in opposite directions and
+/// are not each other's reverse.
 Result<void> checkEdges(const TriangleMesh& mesh, const SurfaceEdges& edges) {
   std::size_t open = 0;
   std::size_t nonManifold = 0;
@@ -45,6 +46,7 @@ Result<void> checkEdges(const TriangleMesh& mesh, const SurfaceEdges& edges) {
   const EdgeSides* firstOpen = nullptr;
   const EdgeSides* firstNonManifold = nullptr;
   const EdgeSides* firstInconsistent = nullptr;
+  const EdgeSides* firstDoubled = nullptr;
   for (const EdgeSides& edge : edges.edges) {
     const auto note = [&](std::size_t& count, const EdgeSides*& first) {
       ++count;
@@ -57,6 +59,8 @@ Result<void> checkEdges(const TriangleMesh& mesh, const SurfaceEdges& edges) {
       note(nonManifold, firstNonManifold);
     } else if (isForward(mesh, sides[0]) == isForward(mesh, sides[1])) {
       note(inconsistent, firstInconsistent);
+    } else if (firstDoubled == nullptr && apexOf(mesh, sides[0]) == apexOf(mesh, sides[1])) {
+      firstDoubled = &edge;
     }
   }
   const auto triangleAt = [&](const EdgeSides& edge, std::uint32_t i) {
@@ -90,6 +94,11 @@ Result<void> checkEdges(const TriangleMesh& mesh, const SurfaceEdges& edges) {
                     triangleAt(*firstInconsistent, 0), triangleAt(*firstInconsistent, 1),
                     place(*firstInconsistent), inconsistent),
         {}, Remedy::Mend);
+  }
+  if (firstDoubled != nullptr) {
+    return invalid(fmt::format("triangles {} and {} have the same corners, so they enclose nothing",
+                               triangleAt(*firstDoubled, 0), triangleAt(*firstDoubled, 1)),
+                   {}, Remedy::Mend);
   }
   return {};
 }

@@ -58,6 +58,14 @@ TEST(SurfaceCheck, EveryDefectIsNamed) {
   }
 }
 
+TEST(SurfaceCheck, TwoSidesOfATriangleEncloseNothing) {
+  const TriangleMesh sides{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 1}}, {}};
+  const auto checked = checkClosedSurface(sides);
+  ASSERT_FALSE(checked);
+  EXPECT_NE(checked.error().message.find("triangles 0 and 1 have the same corners"),
+            std::string::npos);
+}
+
 TEST(SurfaceCheck, ClosedIsABalanceOfDirections) {
   TriangleMesh mesh = tetrahedron();
   std::swap(mesh.triangles[3][0], mesh.triangles[3][1]);

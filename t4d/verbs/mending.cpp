@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/edit/surface_crossings.h"
+
 namespace t4d::verbs {
 
 using nlohmann::ordered_json;
@@ -60,12 +62,10 @@ Result<edit::MendSurfaceReport> mendSolid(model::TriangleMesh& mesh,
   return mendedAt(edit::mendSurface(mesh, options, stage->callback()), where);
 }
 
-Result<edit::MendSurfaceReport> mendDeformedSolid(model::TriangleMesh& mesh,
-                                                  std::unique_ptr<model::VertexKeys>& keys,
+Result<edit::MendSurfaceReport> mendDeformedSolid(model::TriangleMesh& mesh, edit::Runs& runs,
                                                   const edit::MendSurfaceOptions& options,
-                                                  const Place& where, Observer& observer) {
-  const auto stage = observer.stage("mending");
-  return mendedAt(edit::mendDeformation(mesh, keys, options), where);
+                                                  edit::Crossings crossings, const Place& where) {
+  return mendedAt(edit::mendDeformation(mesh, runs, options, crossings), where);
 }
 
 edit::MendSurfaceReport totalOf(const std::vector<MendedBody>& bodies) {
@@ -122,8 +122,9 @@ bool isReshaped(const edit::MendSurfaceReport& report) {
 }
 
 std::string measuresOf(const edit::MendSurfaceReport& report) {
-  const char* unchecked =
-      report.selfIntersections ? "" : "; self-intersections not checked (no CGAL in this build)";
+  const char* unchecked = report.selfIntersections || edit::findsCrossings()
+                              ? ""
+                              : "; self-intersections not checked (no CGAL in this build)";
   if (report.changes.empty()) return fmt::format("volume {:.12g}{}", report.volumeAfter, unchecked);
   const std::string after = extentOf(report.boundsAfter);
   const std::string before = extentOf(report.boundsBefore);

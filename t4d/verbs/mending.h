@@ -27,10 +27,9 @@ Result<edit::MendSurfaceReport> mendSolid(model::TriangleMesh& mesh,
 
 /// Mends a surface that is deformed (edit::mendDeformation); `where` is the place of errors that
 /// have none.
-Result<edit::MendSurfaceReport> mendDeformedSolid(model::TriangleMesh& mesh,
-                                                  std::unique_ptr<model::VertexKeys>& keys,
+Result<edit::MendSurfaceReport> mendDeformedSolid(model::TriangleMesh& mesh, edit::Runs& runs,
                                                   const edit::MendSurfaceOptions& options,
-                                                  const Place& where, Observer& observer);
+                                                  edit::Crossings crossings, const Place& where);
 
 /// All bodies together, at least one: changes with the name of their body, sums of volumes and
 /// counts, and the largest distances. Without bounds, since bodies may have frames of their own.

@@ -1,5 +1,7 @@
 #include "t4d/verbs/sweep.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include "t4d/formats/t4d/body_details.h"
@@ -17,14 +19,17 @@ std::string contradictionIn(const SweepOptions& options) {
   const auto* moved = std::get_if<MotionSweep>(&options.what);
   const auto* deformed = std::get_if<DeformationSweep>(&options.what);
   if (deformed != nullptr && deformed->files.empty()) return "no file is given";
-  if (options.mending) {
-    if (std::holds_alternative<AnimationSweep>(options.what)) return "animations are not mended";
-    if (deformed != nullptr && (options.mending->remesh || options.mending->maxMove)) {
-      return "mending a deformation moves no vertex: it has no limit for that, and no voxels";
-    }
+  const bool keyed = deformed != nullptr || std::holds_alternative<AnimationSweep>(options.what);
+  if (keyed && options.mending && (options.mending->remesh || options.mending->maxMove)) {
+    return "mending a deformation moves no vertex: it has no limit for that, and no voxels";
   }
+  if (!keyed && (options.components || options.united)) {
+    return "components and unions are those of deformations and animations";
+  }
+  if (options.united && options.components) return "a union has no components";
+  if (options.united && options.part.count > 1) return "parts are made by the mesh method alone";
   if (options.part.count == 1) return {};
-  if (deformed == nullptr && (moved == nullptr || moved->bodies)) {
+  if (options.components || (deformed == nullptr && (moved == nullptr || moved->bodies))) {
     return "parts are made of the sweep of one body, not of several bodies";
   }
   if (moved != nullptr && moved->voxels) return "parts are made by the mesh method alone";
@@ -45,9 +50,11 @@ Result<std::vector<formats::BodyInfo>> namedBodies(const SweepInput& input,
   return bodies;
 }
 
-/// Lets the file say which bodies were mended. One without a name has its info only then.
+/// Lets the file say which bodies were mended, but for components, which say so already. One
+/// without a name has its info only then.
 void noteMending(const SweepInput& input, const std::string& name,
                  std::vector<formats::BodyInfo>& bodies) {
+  if (std::max<std::size_t>(bodies.size(), 1) != input.mended.size()) return;
   for (std::size_t i = 0; i < input.mended.size(); ++i) {
     const edit::MendSurfaceReport& report = input.mended[i].report;
     if (!isReshaped(report)) continue;
@@ -99,13 +106,15 @@ Result<SweepReport> sweep(const SweepOptions& options, Observer& observer) {
   if (!bodies) return bodies.error();
   noteMending(*input, options.output.body, *bodies);
   const auto* moved = std::get_if<MotionSweep>(&options.what);
+  const bool byVoxels = options.united || (moved != nullptr && moved->voxels);
   auto file = T4dFile::create(
-      options.output, {moved != nullptr && moved->voxels ? "voxel4d" : "mesh4d", modelOf(options),
-                       input->lengthUnit, input->timeUnit, sweepDetails(options, input->materials),
-                       *bodies, "", input->up});
+      options.output, {byVoxels ? "voxel4d" : "mesh4d", modelOf(options), input->lengthUnit,
+                       input->timeUnit, sweepDetails(options, *input), *bodies, "", input->up});
   if (!file) return file.error();
-  auto report = moved != nullptr ? sweepByMotion(options, *input, *file, observer)
-                                 : sweepThroughKeys(options, *input, *file, observer);
+  const auto how = moved != nullptr ? sweepByMotion
+                   : options.united ? sweepUnion
+                                    : sweepThroughKeys;
+  auto report = how(options, *input, *file, observer);
   if (!report) return options.mending ? withoutMending(report.error()) : report.error();
   const auto bytes = file->finish();
   if (!bytes) return bytes.error();

@@ -76,11 +76,24 @@ enum class SweepKind : std::uint8_t { Motion, Deformation, Animation, Mechanism 
 /// `motion` is "" if there is none. At least one file.
 SweepKind sweepKindOf(std::span<const std::string> files, const std::string& motion);
 
+/// One solid of all bodies of a deformation or an animation, which may overlap, by the voxel
+/// method.
+struct VoxelUnion {
+  /// In length units; without it, a hundredth of the largest extent at the first time.
+  std::optional<double> voxelSize = {};
+  /// Without either, enough frames that no vertex moves by more than a voxel between two.
+  voxel4d::FrameTimes times = {};
+  voxel4d::CapStyle caps = voxel4d::CapStyle::Flat;
+};
+
 struct SweepOptions {
   std::variant<MotionSweep, DeformationSweep, AnimationSweep, MechanismSweep> what;
-  /// Mends solids first; nothing for solids as they are. Not for animations. Of a deformation no
-  /// vertex can be moved: without `remesh` and `maxMove`.
+  /// Mends solids first; nothing for solids as they are. Of deformations and animations no vertex
+  /// can be moved: without `remesh` and `maxMove`; with cones, triangles may cross.
   std::optional<edit::MendSurfaceOptions> mending = {};
+  /// Makes each connected component of deformations and animations a body (edit::divideSolids).
+  bool components = false;
+  std::optional<VoxelUnion> united = {};  ///< of deformations and animations, without components
   // Of the mesh method, as mesh4d::SweepOptions.
   mesh4d::CapMethod caps = mesh4d::CapMethod::TetGen;
   mesh4d::PrismSplit prism = mesh4d::PrismSplit::Fourteen;
@@ -131,9 +144,10 @@ struct SweepReport {
   /// Of anything but a motion; `crossings` are nothing if they were not searched for.
   std::optional<SweepFolds> folds = {};
   std::optional<SweepCrossings> crossings = {};
-  std::vector<MendedBody> mended = {};  ///< empty if none was to be mended
-  std::uint64_t bytes = 0;              ///< of the file
-  double seconds = 0;                   ///< with reading and writing
+  std::vector<MendedBody> mended = {};   ///< empty if none was to be mended
+  std::optional<double> voxelSize = {};  ///< of a union, in length units
+  std::uint64_t bytes = 0;               ///< of the file
+  double seconds = 0;                    ///< with reading and writing
   std::vector<std::string> losses = {};
   /// Notices of sweeping, a sentence each. Those of the files that were read went to the observer.
   std::vector<std::string> notices = {};
@@ -144,6 +158,11 @@ struct SweepReport {
 /// the output is one of the files that are read, if one name is given for several bodies, and for
 /// options that contradict each other.
 Result<SweepReport> sweep(const SweepOptions& options, Observer& observer = nobody());
+
+/// The options nearest to these, for the same deformation or animation, with which all its bodies
+/// can be swept: with mending, components, cones, or a thickness for sheets. Nothing if none of
+/// them helps, or these do. Reads the files again.
+std::optional<SweepOptions> workingOptions(const SweepOptions& options);
 
 /// The report as JSON (docs/schemas/sweep.schema.json); `peakBytes` is the memory that it took.
 std::string jsonOf(const SweepReport& report, std::uint64_t peakBytes);

@@ -30,26 +30,15 @@ Result<SweepReport> sweepMesh(const SweepOptions& options, const model::Triangle
 Result<SweepReport> sweepVoxels(const VoxelMethod& how, const model::TriangleMesh& mesh,
                                 const model::Motion& motion, const std::string& motionFile,
                                 model::Sink& sink, Observer& observer) {
-  SweepReport report;
-  auto times = motionFrameTimes(how.times, how.voxelSize, mesh, motion, motionFile, report.notices);
+  std::vector<std::string> notices;
+  auto times = motionFrameTimes(how.times, how.voxelSize, mesh, motion, motionFile, notices);
   if (!times) return times.error();
   if (!how.ignored.empty()) {
-    report.notices.push_back(fmt::format("voxel4d ignores {}", fmt::join(how.ignored, ", ")));
+    notices.push_back(fmt::format("voxel4d ignores {}", fmt::join(how.ignored, ", ")));
   }
-  const auto frames = voxel4d::voxelFrames(voxel4d::movingSolid(mesh, motion), std::move(*times),
-                                           {how.voxelSize, how.mask});
-  const auto stage = observer.stage("voxelising and weaving", frames->frameCount(), "frames");
-  voxel4d::WeaveOptions weaving;
-  weaving.caps = how.caps;
-  weaving.between = how.between;
-  const auto woven = voxel4d::weave(*frames, weaving, sink, stage->callback());
-  if (!woven) return woven.error();
-  noticeFlatCaps(how.caps, *woven, report.notices);
-  noticeLostParts(woven->partsLost, report.notices);
-  report.vertices = woven->vertices;
-  report.tetrahedra = woven->tetrahedra;
-  report.steps = woven->frames - 1;
-  report.capTetrahedra = woven->capTetrahedra;
+  auto report =
+      sweepByVoxels(how, voxel4d::movingSolid(mesh, motion), std::move(*times), sink, observer);
+  if (report) report->notices.insert(report->notices.begin(), notices.begin(), notices.end());
   return report;
 }
 
@@ -67,6 +56,27 @@ void addSwept(const std::string& name, const SweepReport& body, SweepReport& all
 }
 
 }  // namespace
+
+Result<SweepReport> sweepByVoxels(const VoxelMethod& how, voxel4d::SolidAtTime solid,
+                                  std::vector<double> times, model::Sink& sink,
+                                  Observer& observer) {
+  SweepReport report;
+  const auto frames =
+      voxel4d::voxelFrames(std::move(solid), std::move(times), {how.voxelSize, how.mask});
+  const auto stage = observer.stage("voxelising and weaving", frames->frameCount(), "frames");
+  voxel4d::WeaveOptions weaving;
+  weaving.caps = how.caps;
+  weaving.between = how.between;
+  const auto woven = voxel4d::weave(*frames, weaving, sink, stage->callback());
+  if (!woven) return woven.error();
+  noticeFlatCaps(how.caps, *woven, report.notices);
+  noticeLostParts(woven->partsLost, report.notices);
+  report.vertices = woven->vertices;
+  report.tetrahedra = woven->tetrahedra;
+  report.steps = woven->frames - 1;
+  report.capTetrahedra = woven->capTetrahedra;
+  return report;
+}
 
 Result<SweepReport> sweepByMotion(const SweepOptions& options, const SweepInput& input,
                                   T4dFile& file, Observer& observer) {

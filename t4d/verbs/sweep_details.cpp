@@ -60,6 +60,7 @@ void addHow(const MechanismSweep& what, ordered_json& parameters) {
 ordered_json meshParameters(const SweepOptions& options) {
   ordered_json parameters;
   std::visit([&](const auto& what) { addHow(what, parameters); }, options.what);
+  if (options.components) parameters["bodies"] = "component";
   parameters["caps"] = options.caps == mesh4d::CapMethod::Cone ? "cone" : "tetgen";
   parameters["prism"] = options.prism == mesh4d::PrismSplit::Three ? 3 : 14;
   return parameters;
@@ -83,10 +84,17 @@ ordered_json sourceOf(const SweepOptions& options) {
 
 }  // namespace
 
-std::string sweepDetails(const SweepOptions& options, const std::vector<std::string>& materials) {
+std::string sweepDetails(const SweepOptions& options, const SweepInput& input) {
   const auto* moved = std::get_if<MotionSweep>(&options.what);
-  ordered_json parameters =
-      moved != nullptr && moved->voxels ? voxelParameters(*moved->voxels) : meshParameters(options);
+  ordered_json parameters;
+  if (options.united) {
+    const VoxelUnion& united = *options.united;
+    parameters = voxelParameters({input.voxelSize, united.times, /*mask=*/false, {}, united.caps});
+    parameters["union"] = true;
+  } else {
+    parameters = moved != nullptr && moved->voxels ? voxelParameters(*moved->voxels)
+                                                   : meshParameters(options);
+  }
   const formats::T4dWriteOptions& writing = options.output.writing;
   parameters["precision"] = writing.float32 ? "float32" : "float64";
   if (moved != nullptr && moved->bodies) {
@@ -94,7 +102,7 @@ std::string sweepDetails(const SweepOptions& options, const std::vector<std::str
   }
   if (writing.step) parameters["grid"] = *writing.step;
   ordered_json details{{"source", sourceOf(options)}, {"parameters", parameters}};
-  if (!materials.empty()) details["materials"] = materials;
+  if (!input.materials.empty()) details["materials"] = input.materials;
   return details.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
 }
 

@@ -71,18 +71,11 @@ Result<SweepInput> readMoving(const DeformationSweep& what, const SweepOptions& 
   addPaths(read->files, input.files);
   formats::AnimatedBody body{"", std::move(read->solid.mesh), {}};
   body.runs.push_back(std::move(read->keys));
-  if (options.mending) {
-    auto mended = mendDeformedSolid(body.mesh, body.runs.front(), *options.mending,
-                                    what.files.front(), observer);
-    if (!mended) return mended.error();
-    input.mended = {{"", std::move(*mended)}};
-    observer.noteEach(noticesOf(input.mended));
-    for (std::string& loss : lossesOf(input.mended)) input.losses.push_back(std::move(loss));
-  }
   BodiesWithKeys moving;
   moving.bodies.push_back(std::move(body));
   moving.keyFiles = std::move(read->files);
   input.moving = std::move(moving);
+  if (auto made = makeSolids(options, input, observer); !made) return made.error();
   return input;
 }
 
@@ -116,6 +109,7 @@ Result<SweepInput> readMoving(const AnimationSweep& what, const SweepOptions& op
   BodiesWithKeys moving;
   moving.bodies = std::move(read->bodies);
   input.moving = std::move(moving);
+  if (auto made = makeSolids(options, input, observer); !made) return made.error();
   return input;
 }
 

@@ -77,6 +77,7 @@ std::string jsonOf(const SweepReport& report, std::uint64_t peakBytes) {
                       {"cap_tetrahedra", report.capTetrahedra}};
   if (report.chordBound) result["chord_bound"] = *report.chordBound;
   if (report.tolerance) result["tolerance"] = *report.tolerance;
+  if (report.voxelSize) result["voxel_size"] = *report.voxelSize;
   if (!report.bodies.empty()) result["bodies"] = jsonOf(report.bodies);
   if (!report.halfTurns.empty()) result["half_turns"] = jsonOf(report.halfTurns);
   if (report.folds) {

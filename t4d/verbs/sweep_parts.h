@@ -15,6 +15,7 @@
 #include "t4d/verbs/observer.h"
 #include "t4d/verbs/sweep.h"
 #include "t4d/verbs/t4d_file.h"
+#include "t4d/voxel4d/moving_solid.h"
 
 /// The parts of verbs::sweep: reading, and sweeping by a motion or through keys.
 namespace t4d::verbs {
@@ -42,6 +43,7 @@ struct SweepInput {
   std::string lengthUnit = {};
   std::string timeUnit = {};
   std::string up = "y";
+  double voxelSize = 0;  ///< of a union
   std::vector<std::string> losses = {};
   std::vector<std::string> files = {};      ///< all that were read
   std::vector<MendedBody> mended = {};      ///< in the order of the bodies; empty without mending
@@ -51,6 +53,11 @@ struct SweepInput {
 /// The observer gets the notices of files.
 Result<SweepInput> readSweepInput(const SweepOptions& options, Observer& observer);
 
+/// Mends, divides and unites bodies as the options say, and names those that are divided. The
+/// observer gets the notices of mending. If several bodies cannot be mended, the error has those of
+/// the others.
+Result<void> makeSolids(const SweepOptions& options, SweepInput& input, Observer& observer);
+
 /// The file of the solid, or the first one.
 const std::string& modelOf(const SweepOptions& options);
 
@@ -58,7 +65,7 @@ const std::string& modelOf(const SweepOptions& options);
 std::vector<std::string> namedFilesOf(const SweepOptions& options);
 
 /// How the file was made, for its metadata: JSON.
-std::string sweepDetails(const SweepOptions& options, const std::vector<std::string>& materials);
+std::string sweepDetails(const SweepOptions& options, const SweepInput& input);
 
 /// Options of the mesh method.
 mesh4d::SweepOptions meshMethodOf(const SweepOptions& options);
@@ -70,6 +77,14 @@ std::optional<Error> faultOf(const model::TriangleMesh& solid, const SweepOption
 /// Each solid is a body of the file.
 Result<SweepReport> sweepByMotion(const SweepOptions& options, const SweepInput& input,
                                   T4dFile& file, Observer& observer);
+
+/// Weaves the solid at these times.
+Result<SweepReport> sweepByVoxels(const VoxelMethod& how, voxel4d::SolidAtTime solid,
+                                  std::vector<double> times, model::Sink& sink, Observer& observer);
+
+/// All bodies together are the one body of the file.
+Result<SweepReport> sweepUnion(const SweepOptions& options, const SweepInput& input, T4dFile& file,
+                               Observer& observer);
 
 /// Each body with its keys is one of the file.
 Result<SweepReport> sweepThroughKeys(const SweepOptions& options, const SweepInput& input,

@@ -94,12 +94,12 @@ Result<SweepReport> sweepThroughKeys(const SweepOptions& options, const SweepInp
         }
         return error;
       }
-      addRun(*done, deformation != nullptr ? "" : body.name, ofBody, all);
+      addRun(*done, input.infos.empty() ? "" : body.name, ofBody, all);
     }
     all.vertices += ofBody.vertices;
     all.tetrahedra += ofBody.tetrahedra;
     all.steps += ofBody.steps;
-    if (deformation == nullptr) all.bodies.push_back(std::move(ofBody));
+    if (!input.infos.empty()) all.bodies.push_back(std::move(ofBody));
   }
   return all;
 }

@@ -9,10 +9,13 @@
 
 namespace t4d::tools {
 
-/// Adds `--bodies`.
-void addBodiesOption(CLI::App& command, std::string& bodies);
+/// The value of `--bodies` that divides an animation or a deformation.
+inline constexpr const char* kComponents = "component";
 
-/// Its value; nothing for "".
+/// Adds `--bodies`, with kComponents where solids move by themselves.
+void addBodiesOption(CLI::App& command, std::string& bodies, bool components = false);
+
+/// What divides an .obj; nothing for "" and kComponents.
 std::optional<formats::BodiesBy> bodiesBy(const std::string& bodies);
 
 }  // namespace t4d::tools

@@ -173,6 +173,8 @@ std::string hintFor(const Error& error) {
     }
     case Remedy::Remesh:
       return "try: --remesh SIZE, to make a new surface from voxels of that size";
+    case Remedy::Thicken:
+      return "try: --thicken DISTANCE, to give sheets a thickness";
     case Remedy::RemeshSize:
       return "try: another --remesh";
     case Remedy::MaxHole:

@@ -16,6 +16,12 @@ void MendingOptions::addTo(CLI::App& command) {
       ->type_name("WIDTH")
       ->check(numberAboveZero());
   command
+      .add_option(
+          "--thicken", limits.thicken,
+          "Give sheets this thickness: open parts that enclose nothing when they are closed")
+      ->type_name("DISTANCE")
+      ->check(numberAboveZero());
+  command
       .add_option("--max-move", limits.maxMove,
                   "Fail if the result is farther than this from the input surface")
       ->type_name("DISTANCE")
@@ -30,7 +36,7 @@ void MendingOptions::addTo(CLI::App& command) {
 void MendingOptions::addTo(CLI::App& command, bool& mend) {
   auto* flag = command.add_flag("--mend", mend, "Mend the solid first (see t4d mend)");
   addTo(command);
-  for (const char* name : {"--weld", "--max-hole", "--max-move", "--remesh"}) {
+  for (const char* name : {"--weld", "--max-hole", "--thicken", "--max-move", "--remesh"}) {
     command.get_option(name)->needs(flag);
   }
 }

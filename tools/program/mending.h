@@ -12,7 +12,7 @@ namespace t4d::tools {
 struct MendingOptions {
   edit::MendSurfaceOptions limits;
 
-  /// Adds `--weld`, `--max-hole`, `--max-move` and `--remesh`.
+  /// Adds `--weld`, `--max-hole`, `--thicken`, `--max-move` and `--remesh`.
   void addTo(CLI::App& command);
   /// Adds `--mend` as well, and lets the others need it.
   void addTo(CLI::App& command, bool& mend);

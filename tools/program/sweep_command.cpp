@@ -39,6 +39,7 @@ struct SweepArguments {
   std::string scene;
   std::string geometry;  // of a .urdf
   bool ownSteps = false;
+  bool unite = false;  // --union
   std::string backend = "mesh4d";
   std::optional<double> rvMin;
   std::optional<std::uint64_t> steps;
@@ -57,10 +58,13 @@ struct SweepArguments {
   bool voxels() const { return backend == "voxel4d"; }
 };
 
+constexpr const char* kUnionIsFor = "--union is for an animation and a solid that is deformed";
+
 /// The error message if options do not fit a mechanism.
 std::optional<std::string> misuseOfMechanism(const SweepArguments& options) {
   if (options.models.size() > 1) return "a mechanism is given alone: it names its solids";
   const bool urdf = formats::lowerCaseExtension(options.models.front()) == ".urdf";
+  if (options.unite) return kUnionIsFor;
   if (urdf && options.motion.empty()) {
     return "--motion is required for a .urdf: a table of its joints over time (docs/mechanism.md)";
   }
@@ -106,20 +110,32 @@ std::optional<std::string> misuseOfMotion(const SweepArguments& options, SweepKi
              "move by themselves";
     }
     if (!options.keyTimes.empty()) return "--times is for a solid that is deformed";
+    if (options.unite) return kUnionIsFor;
+    if (options.dividedBy == kComponents) {
+      return "--bodies component is for an animation and a solid that is deformed";
+    }
     return std::nullopt;
   }
-  if (!options.dividedBy.empty()) return "--bodies is for --motion";
+  if (!options.dividedBy.empty() && options.dividedBy != kComponents) {
+    return "--bodies object and --bodies group are for --motion";
+  }
   if (!options.table.table.empty()) {
     return "--angles, --quaternion, --length-unit and --time-unit are for --motion";
   }
-  if (options.mend && kind == SweepKind::Animation) return "--mend is not for an animated glTF";
   if (options.mend && (options.mending.limits.remesh || options.mending.limits.maxMove)) {
     return "--remesh and --max-move are for --motion: mending a deformation moves no vertex";
   }
-  if (options.voxels()) return "--backend voxel4d needs --motion";
+  if (options.voxels())
+    return "--backend voxel4d needs --motion; --union is for what moves by itself";
+  if (options.unite && (!options.dividedBy.empty() || options.part || options.prism ||
+                        (!options.caps.empty() && !isVoxelCaps(options.caps)))) {
+    return "--union makes one solid by voxels: without --bodies, --part, --prism, and --caps of "
+           "mesh4d";
+  }
   if (options.maxSteps) return "--max-steps is for --motion and for mechanisms";
   if (kind == SweepKind::Animation) {
-    if (options.rvMin || options.steps || !options.keyTimes.empty() || options.times.step) {
+    if (options.rvMin || options.steps || !options.keyTimes.empty() ||
+        (options.times.step && !options.unite)) {
       return "--rv-min, --steps, --times and --frame-time are not for an animated glTF; "
              "--tolerance sets its steps";
     }
@@ -160,6 +176,11 @@ std::optional<std::string> misuseOf(const SweepArguments& options, SweepKind kin
     if (!options.voxelSize) return "--backend voxel4d needs --voxel-size";
     if (options.part) return "--part is for --backend mesh4d";
     return std::nullopt;
+  }
+  if (options.unite) {
+    return options.mask || options.between
+               ? std::optional("--mask and --between are for --backend voxel4d")
+               : std::nullopt;
   }
   const bool frameTime = options.times.step && kind == SweepKind::Motion;
   if (options.voxelSize || options.times.count || frameTime || options.mask || options.between) {
@@ -215,6 +236,12 @@ verbs::DeformationSweep deformationSweepOf(const SweepArguments& options) {
   return what;
 }
 
+/// Between keys of a deformation there is its own time.
+voxel4d::FrameTimes unionTimes(const SweepArguments& options, SweepKind kind) {
+  if (kind == SweepKind::Animation) return options.times;
+  return {options.times.count, {}};
+}
+
 verbs::SweepOptions sweepOptionsOf(const SweepArguments& options, SweepKind kind) {
   verbs::SweepOptions how;
   const std::string& file = options.models.front();
@@ -239,11 +266,52 @@ verbs::SweepOptions sweepOptionsOf(const SweepArguments& options, SweepKind kind
       break;
   }
   how.mending = options.mending.given(options.mend);
+  how.components = options.dividedBy == kComponents;
+  if (options.unite) {
+    how.united = verbs::VoxelUnion{options.voxelSize, unionTimes(options, kind),
+                                   voxelCapStyle(options.caps)};
+  }
   if (options.caps == "cone") how.caps = mesh4d::CapMethod::Cone;
   if (options.prism == 3) how.prism = mesh4d::PrismSplit::Three;
   how.part = options.part.value_or(model::Part());
   how.output = options.output.fileOptions();
   return how;
+}
+
+/// Whether mending, dividing or another way to close the ends may help.
+bool isAboutSolids(const Error& error) {
+  switch (error.remedy) {
+    case Remedy::Mend:
+    case Remedy::Thicken:
+    case Remedy::ConeCaps:
+    case Remedy::ConeCapsAlone:
+      return true;
+    default:
+      return std::ranges::any_of(error.others, isAboutSolids);
+  }
+}
+
+/// What was added to the options, as words.
+std::string addedTo(const verbs::SweepOptions& given, const verbs::SweepOptions& working) {
+  std::string words;
+  if (working.mending && !given.mending) words += " --mend";
+  if (working.mending && working.mending->thicken && !(given.mending && given.mending->thicken)) {
+    words += fmt::format(" --thicken {}", *working.mending->thicken);
+  }
+  if (working.components && !given.components) words += " --bodies component";
+  if (working.caps != given.caps) words += " --caps cone";
+  return words;
+}
+
+/// Reports an error, and what helps with this very file if it is found.
+int reportSolids(const verbs::SweepOptions& options, Error error) {
+  const auto working = isAboutSolids(error) ? verbs::workingOptions(options) : std::nullopt;
+  if (!working) return report(error);
+  error.remedy = Remedy::None;
+  for (Error& other : error.others) other.remedy = Remedy::None;
+  const int code = report(error);
+  sayHint("try:" + addedTo(options, *working));
+  return code;
 }
 
 void printReport(const verbs::SweepReport& report, const SweepArguments& options) {
@@ -257,6 +325,7 @@ void printReport(const verbs::SweepReport& report, const SweepArguments& options
       print("  {}\n", count);
     }
   }
+  if (report.voxelSize) print("  from voxels of {:.6g}\n", *report.voxelSize);
   print("  {}, caps of {} and {} tetrahedra\n", counted(report.steps, "step"),
         grouped(report.capTetrahedra[0]), grouped(report.capTetrahedra[1]));
   if (options.maxDeviation && report.chordBound) {
@@ -274,8 +343,9 @@ int run(const SweepArguments& options) {
   const SweepKind kind = verbs::sweepKindOf(options.models, options.motion);
   if (const auto misuse = misuseOf(options, kind)) return wrongUsage(*misuse);
   ConsoleObserver observer;
-  const auto done = verbs::sweep(sweepOptionsOf(options, kind), observer);
-  if (!done) return report(done.error());
+  const verbs::SweepOptions how = sweepOptionsOf(options, kind);
+  const auto done = verbs::sweep(how, observer);
+  if (!done) return reportSolids(how, done.error());
   observer.noteEach(done->notices);
   if (options.json) {
     tools::printText(jsonOf(*done, peakBytes()) + "\n");
@@ -306,8 +376,11 @@ void addSweep(CLI::App& app, int& exitCode) {
   command->add_flag(
       "--own-steps", options->ownSteps,
       "Divide the motion of each body of a mechanism into its own steps (default: common steps)");
-  addBodiesOption(*command, options->dividedBy);
+  addBodiesOption(*command, options->dividedBy, /*components=*/true);
   options->mending.addTo(*command, options->mend);
+  command->add_flag("--union", options->unite,
+                    "Make one solid of all bodies of an animation or a deformation, which may "
+                    "overlap, from voxels (--voxel-size, default: 0.01 of the largest extent)");
   command->add_option("--animation", options->animation,
                       "Animation, by name or number from 0 (default: the first)");
   command->add_option("--scene", options->scene,
@@ -358,9 +431,9 @@ void addSweep(CLI::App& app, int& exitCode) {
   addPartOption(*command, options->part, "Sweep only part K of N; `t4d join` joins the parts");
   command
       ->add_option("--voxel-size", options->voxelSize,
-                   "voxel4d: Voxel edge length, in length units")
+                   "voxel4d, --union: Voxel edge length, in length units")
       ->check(numberAboveZero());
-  addFrameTimes(*command, options->times, "voxel4d: ", kFramesByMotion);
+  addFrameTimes(*command, options->times, "voxel4d, --union: ", kFramesByMotion);
   command->get_option("--frame-time")
       ->description("Time between frames of voxel4d, or between keys of a deformation");
   command->add_flag("--mask", options->mask,

@@ -1,6 +1,9 @@
+#include <array>
 #include <filesystem>
 #include <string>
+#include <vector>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include "tools/program/tests/program.h"
@@ -83,6 +86,117 @@ TEST_F(Program, DeformationsAreSwept) {
   misused("compare a.t4d b.t4d --between distance", "are for one solid; two .t4d files");
   misused("sweep fx/bending_[01].obj --backend voxel4d --voxel-size 1 -o out.t4d",
           "needs --motion");
+}
+
+/// Vertices as text, and the same sheared and stretched.
+std::array<std::string, 2> leaningKeys(const std::vector<std::array<double, 3>>& vertices) {
+  std::array<std::string, 2> keys;
+  for (const auto& [x, y, z] : vertices) {
+    keys[0] += fmt::format("v {} {} {}\n", x, y, z);
+    keys[1] += fmt::format("v {} {} {}\n", 2 * x + 0.3 * z, y, 1.5 * z + 0.2 * y);
+  }
+  return keys;
+}
+
+const std::vector<std::array<double, 3>> kCorners = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0},
+                                                     {0, 0, 1}, {1, 0, 1}, {0, 1, 1}, {1, 1, 1}};
+constexpr const char* kFaces =  // the last one is the top
+    "f 1 3 4 2\nf 1 2 6 5\nf 2 4 8 6\nf 4 3 7 8\nf 3 1 5 7\nf 5 6 8 7\n";
+
+TEST_F(Program, WhatFillsAHoleOfADeformationMovesWithIt) {
+  const auto keys = leaningKeys(kCorners);
+  const std::string open = std::string(kFaces).substr(0, std::string(kFaces).rfind("f "));
+  for (int k = 0; k < 2; ++k) {
+    write(fmt::format("whole_{}.obj", k), keys[k] + kFaces);
+    write(fmt::format("open_{}.obj", k), keys[k] + open);
+  }
+  ASSERT_EQ(run("sweep whole_*.obj --times 0:1 -o whole.t4d").exitCode, 0);
+  refuses("sweep open_*.obj --times 0:1 -o open.t4d", "try: --mend\n");
+  const Finished done = run("sweep open_*.obj --times 0:1 --mend -o open.t4d --json");
+  ASSERT_EQ(done.exitCode, 0) << done.err;
+  EXPECT_EQ(done.value()["mend"]["changes"][0]["kind"], "hole");
+  for (const char* time : {"0", "0.25", "0.5", "0.875", "1"}) {
+    const double whole =
+        run(fmt::format("slice whole.t4d --time {} --json", time)).value()["volume"];
+    const double mended =
+        run(fmt::format("slice open.t4d --time {} --json", time)).value()["volume"];
+    EXPECT_NEAR(mended, whole, 1e-12 * whole) << time;
+  }
+}
+
+TEST_F(Program, AdviceOnADeformationWorks) {
+  // A sheet; two cubes that cross; a cube without its top that another one crosses; a surface that
+  // crosses itself, closed and open.
+  const std::string open = std::string(kFaces).substr(0, std::string(kFaces).rfind("f "));
+  const auto keys = leaningKeys(kCorners);
+  auto moved = kCorners;
+  for (auto& [x, y, z] : moved) x += 0.5, y += 0.25, z += 0.125;
+  const auto other = leaningKeys(moved);
+  std::string second;
+  for (const char* face : {"f 9 11 12 10", "f 9 10 14 13", "f 10 12 16 14", "f 12 11 15 16",
+                           "f 11 9 13 15", "f 13 14 16 15"}) {
+    second += face + std::string("\n");
+  }
+  // A tetrahedron one of whose vertices is below its base, beside it.
+  const auto crossed = leaningKeys({{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {0, 0, 4}, {1, 1, -1}});
+  const std::string bent = "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 5 4\nf 2 3 5\nf 3 4 5\n";
+  struct Case {
+    const char* name;
+    std::array<std::string, 2> files;
+    const char* advice;
+  };
+  const auto with = [](const std::array<std::string, 2>& vertices, const std::string& faces) {
+    return std::array{vertices[0] + faces, vertices[1] + faces};
+  };
+  const std::array both{keys[0] + other[0], keys[1] + other[1]};
+  const Case cases[] = {
+      {"sheet", with(keys, "f 1 3 4 2\n"), "try: --mend --thicken 0.007\n"},
+      {"crossing", with(both, kFaces + second), "try: --bodies component\n"},
+      {"open", with(both, open + second), "try: --mend --bodies component\n"},
+      {"bent", with(crossed, bent), "try: --caps cone\n"},
+  };
+  for (const auto& [name, files, advice] : cases) {
+    for (int k = 0; k < 2; ++k) write(fmt::format("{}_{}.obj", name, k), files[k]);
+    const std::string sweep = fmt::format("sweep {}_*.obj --times 0:1 -o {}.t4d ", name, name);
+    const Finished refused = run(sweep);
+    EXPECT_EQ(refused.exitCode, 4) << name;
+    EXPECT_THAT(refused.err, testing::HasSubstr(advice)) << name;
+    const Finished done =
+        run(sweep + std::string(advice).substr(5, std::string(advice).size() - 6));
+    EXPECT_EQ(done.exitCode, 0) << name << done.err;
+    EXPECT_EQ(run(fmt::format("validate --deep {}.t4d --json", name)).value()["valid"], true)
+        << name;
+  }
+  EXPECT_EQ(run("info crossing.t4d --json").value()["bodies"][1]["name"], "crossing_0 2");
+}
+
+TEST_F(Program, AUnionIsOneSolidOfAllThatOverlaps) {
+  // Two boxes of 1 x 1 x 1, one of them without its top, overlap by a half and move apart until
+  // they share a face: at time t a volume of 1.5 + t / 2.
+  const std::string open = std::string(kFaces).substr(0, std::string(kFaces).rfind("f "));
+  std::string second;
+  for (const char* face : {"f 9 11 12 10", "f 9 10 14 13", "f 10 12 16 14", "f 12 11 15 16",
+                           "f 11 9 13 15", "f 13 14 16 15"}) {
+    second += face + std::string("\n");
+  }
+  for (int k = 0; k < 2; ++k) {
+    std::string text;
+    for (const double shift : {0.0, 0.5 + 0.5 * k}) {
+      for (const auto& [x, y, z] : kCorners) text += fmt::format("v {} {} {}\n", x + shift, y, z);
+    }
+    write(fmt::format("apart_{}.obj", k), text + open + second);
+  }
+  const json done =
+      run("sweep apart_*.obj --times 0:1 --mend --union --voxel-size 0.05 -o one.t4d --json")
+          .value();
+  EXPECT_EQ(done["voxel_size"], 0.05);
+  EXPECT_EQ(run("validate --deep one.t4d --json").value()["valid"], true);
+  for (const double time : {0.0, 0.5, 1.0}) {
+    const json slice = run(fmt::format("slice one.t4d --time {} --json", time)).value();
+    EXPECT_NEAR(slice["volume"], 1.5 + time / 2, 0.02) << time;
+  }
+  misused("sweep apart_*.obj --union --bodies component -o out.t4d", "--union makes one solid");
+  misused("sweep fx/cube.obj -m fx/rest.json --union -o out.t4d", "--union is for an animation");
 }
 
 TEST_F(Program, FoldsOfADeformationAreReported) {
