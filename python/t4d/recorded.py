@@ -1,10 +1,10 @@
-"""4D meshes of recordings: solids at frames of a scene, which Blender wrote into a folder.
+"""4D meshes of recordings: solids at frames of a scene, which ``t4d.recorder`` wrote into a folder.
 
 ``scene.json`` has the ``bodies``, each with its ``name`` and its ``keys``: the ``frame``, the ``shape``, a file with
 ``vertices`` (n, 3), the ``matrix`` (4, 4) that places them, and the ``faces``, a file with ``triangles`` (m, 3) and
 attributes. A body is ``rigid`` if all its keys have a ``pose`` (4, 4), which moves the first key to this one. In
 between, the scene is at most ``distance`` from the body, at ``distance_frame``. Also ``fps``, ``metres``, the length of
-a unit of the scene, ``materials``, ``source``, ``notes`` and ``losses``. Nothing here needs Blender.
+a unit of the scene, ``materials``, ``source``, ``reader``, ``notes`` and ``losses``.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def save(
             failed = any(getattr(error, "exit_code", 4) == 1 for error in failures)
             raise VerbError("\n".join(losses), "sweep", 1 if failed else 4)
         say("writing")
-        details = {"source": {"scene": scene["source"], "blender": scene["blender"]},
+        details = {"source": {"scene": scene["source"], "reader": scene["reader"]},
                    "parameters": {"fps": scene["fps"], "options": list(words)}}  # fmt: skip
         if scene["materials"]:
             details["materials"] = scene["materials"]

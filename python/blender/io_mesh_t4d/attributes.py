@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .library import Problem
+from .recorder import Problem
 
 CORNERS = ":corners"  # of the solid's triangles: light slices have the same corners, exact ones have not
 

@@ -7,7 +7,7 @@ from bpy.props import BoolProperty, FloatProperty, IntProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper
 
 from .library import FAILURES, module, sentence
-from .recording import Recorder
+from .recorder import Recorder
 from .scene import Scene
 
 

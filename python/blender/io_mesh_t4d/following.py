@@ -8,7 +8,8 @@ from bpy.app.handlers import persistent
 
 from . import geometry
 from .attributes import attribute_of, color_of
-from .library import FAILURES, Problem, opened, remarks, sentence
+from .library import FAILURES, opened, remarks, sentence
+from .recorder import Problem
 
 
 def body_of(mesh):

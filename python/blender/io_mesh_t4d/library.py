@@ -5,9 +5,7 @@ import os
 import sys
 import warnings
 
-
-class Problem(Exception):
-    """What cannot be done, in one sentence for the user."""
+from .recorder import Problem
 
 
 def module():

@@ -10,7 +10,7 @@ from typing import Any, List, Optional, Tuple
 import bpy
 import numpy as np
 
-from .library import Problem
+from .recorder import Problem
 
 # Where the operator that imports a file is not named after its extension.
 NAMES = {"glb": "gltf", "dae": "collada", "abc": "alembic", "usda": "usd", "usdc": "usd", "usdz": "usd",

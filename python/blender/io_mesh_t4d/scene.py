@@ -4,39 +4,17 @@ from __future__ import annotations
 
 import hashlib
 import math
-from dataclasses import dataclass
 from typing import Any, Collection, Dict, Hashable, Iterator, List, Optional, Tuple
 
+import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from .library import Problem
+from .recorder import Faces, Problem, Solid
+from .units import metres_per_unit
 
 SOLIDS = ("MESH", "CURVE", "SURFACE", "META", "FONT")  # what Blender makes meshes of
 SILENT = ("EMPTY", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE")  # what shows nothing by itself
-
-
-@dataclass
-class Faces:
-    """The triangles (m, 3) of a solid, and its attributes by their names in a .t4d: (m, k) of the corners of
-    triangles, or of triangles (m,)."""
-
-    triangles: NDArray[np.int32]
-    attributes: Dict[str, NDArray[Any]]
-
-
-@dataclass
-class Solid:
-    """At a frame: the vertices (n, 3) in its own coordinates, and the matrix (4, 4) that places them. Equal `faces`
-    say that it is made of the same polygons."""
-
-    name: str
-    vertices: NDArray[np.float32]
-    matrix: NDArray[np.float64]
-    faces: Tuple[str, bytes]
-
-    def placed(self) -> NDArray[np.float64]:
-        return self.vertices @ self.matrix[:3, :3].T + self.matrix[:3, 3]
 
 
 class Scene:
@@ -47,6 +25,9 @@ class Scene:
         """`wanted` are names of objects; none for all that are visible."""
         self.context = context
         self.scene = context.scene
+        self.reader = f"Blender {bpy.app.version_string}"
+        self.metres = metres_per_unit(self.scene)
+        self.fps = self.scene.render.fps / self.scene.render.fps_base
         self.faces: Dict[Tuple[str, bytes], Faces] = {}
         self.materials: List[str] = []
         self.seen: set[str] = set()  # with faces or without

@@ -1,0 +1,1 @@
+../blender/io_mesh_t4d/recorder.py
