@@ -1,7 +1,7 @@
 """The program t4d-blender: a 4D mesh of an animation in any file that Blender imports.
 
-Blender evaluates the scene in a process of its own, whose Python need not have this module, and leaves a recording, of
-which ``t4d.recorded`` makes the 4D mesh.
+A process of its own evaluates the scene and leaves a recording, of which ``t4d.recorded`` makes the 4D mesh: Blender,
+whose Python need not have this module, or a library made for the format, if it is installed.
 """
 
 from __future__ import annotations
@@ -18,15 +18,27 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import Any, Callable, Dict, List, NoReturn, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, List, NamedTuple, NoReturn, Optional, Sequence, Tuple
 
 import t4d
 from t4d import recorded
 from t4d.errors import Error, VerbError
 
 _FAILED, _USAGE, _LOSS, _INVALID = 1, 2, 3, 4
-_RECORD = ("import json, sys; words = sys.argv[sys.argv.index('--') + 1:]; sys.path.insert(0, words[0]); "
-           "from io_mesh_t4d.recording import record_file; record_file(json.loads(words[1]))")  # fmt: skip
+_RECORD = ("import importlib, json, sys; place, module, request = sys.argv[sys.argv.index('--') + 1:]; "
+           "sys.path.insert(0, place); importlib.import_module(module).record_file(json.loads(request))")  # fmt: skip
+_USD = (".usd", ".usda", ".usdc", ".usdz")
+# By extension, the library that evaluates a file as its format says, its name on PyPI, and the module that asks it.
+_LIBRARIES = {".fbx": ("ufbx", "ufbx", "t4d.fbx_scene")}
+
+
+class _Reader(NamedTuple):
+    """What records a file: its name, the command that runs the Python code that follows it, and the module there."""
+
+    name: str
+    command: List[str]
+    place: str
+    module: str
 
 
 class _Problem(Exception):
@@ -77,15 +89,24 @@ def _arguments() -> argparse.ArgumentParser:
         help="add keys where half frames are farther than D metres from straight lines")  # fmt: skip
     add("--voxel-size", metavar="H", type=_above_zero,
         help="voxel edge, in metres, for objects whose faces change (default: 0.01 of each)")  # fmt: skip
-    add("--blender", metavar="PROGRAM", help="Blender (default: the module bpy, or blender of the PATH)")
+    add("--take", metavar="NAME", help="animation of an .fbx (default: the first)")
+    add("--blender", metavar="PROGRAM",
+        help="let this Blender read FILE (default: ufbx, bpy, or blender of the PATH)")  # fmt: skip
     add("--json", action="store_true", help="print the result as JSON")
     add("-q", "--quiet", action="store_true", help="print errors and losses only")
     add("--version", action="version", version=f"t4d {t4d.__version__}")
     return parser
 
 
-def _blenders(program: Optional[str]) -> List[List[str]]:
-    """Commands that run the Python code that follows them in a Blender, the best first."""
+def _extension(path: str) -> str:
+    return os.path.splitext(path)[1].lower()
+
+
+def _readers(file: str, program: Optional[str]) -> List[_Reader]:
+    """What may read a file, the best first: a library made for the format alone, otherwise Blenders."""
+    library, package, module = _LIBRARIES.get(_extension(file), ("", "", ""))
+    if library and program is None and importlib.util.find_spec(library):
+        return [_Reader(package, [sys.executable, "-c"], str(Path(__file__).resolve().parents[1]), module)]
     found = []
     if program is None and importlib.util.find_spec("bpy"):
         found.append([sys.executable, "-c"])
@@ -94,8 +115,9 @@ def _blenders(program: Optional[str]) -> List[List[str]]:
         found.append([path, "--background", "--factory-startup", "--disable-autoexec", "--python-exit-code", "1",
                       "--python-expr"])  # fmt: skip
     if not found:
-        raise _Problem(f"{program or 'Blender'} is not found\nt4d: try: pip install bpy, or --blender PROGRAM", _FAILED)
-    return found
+        way = f"pip install {package}, or bpy" if package else "pip install bpy"
+        raise _Problem(f"{program or 'Blender'} is not found\nt4d: try: {way}, or --blender PROGRAM", _FAILED)
+    return [_Reader("Blender", command, _addon(), "io_mesh_t4d.recording") for command in found]
 
 
 def _addon() -> str:
@@ -112,8 +134,8 @@ def _addon() -> str:
 def _rate_of(path: str) -> Tuple[Optional[float], List[str]]:
     """Frames per second, where Blender's importer does not set them: those that the file says, and a note if it cannot
     be asked. A wrong rate lets USD play at another speed; an .abc then has its keys between samples."""
-    extension = os.path.splitext(path)[1].lower()
-    if extension not in (".abc", ".usd", ".usda", ".usdc", ".usdz"):
+    extension = _extension(path)
+    if extension not in (".abc", *_USD):
         return None, []
     if extension != ".abc" and importlib.util.find_spec("pxr"):
         return float(importlib.import_module("pxr.Usd").Stage.Open(path).GetTimeCodesPerSecond()), []
@@ -126,13 +148,13 @@ def _rate_of(path: str) -> Tuple[Optional[float], List[str]]:
     return None, [f"the frame rate of the file is not known and taken as 24: give --fps{hint}"]
 
 
-def _record(file: str, blender: List[str], request: Dict[str, Any], say: Callable[[str], None]) -> Optional[str]:
-    """Lets a Blender write a recording. Returns why it cannot."""
+def _record(file: str, reader: _Reader, request: Dict[str, Any], say: Callable[[str], None]) -> Optional[str]:
+    """Lets a reader write a recording. Returns why it cannot."""
     folder = Path(request["folder"])
-    with open(folder / "blender.log", "w+", encoding="utf-8", errors="replace") as log:
+    with open(folder / "reader.log", "w+", encoding="utf-8", errors="replace") as log:
         with subprocess.Popen(
-            [*blender, _RECORD, "--", _addon(), json.dumps(request)], stdin=subprocess.DEVNULL, stdout=log,
-            stderr=subprocess.PIPE, encoding="utf-8", errors="replace",
+            [*reader.command, _RECORD, "--", reader.place, reader.module, json.dumps(request)],
+            stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.PIPE, encoding="utf-8", errors="replace",
         ) as process:  # fmt: skip
             assert process.stderr is not None
             for line in process.stderr:
@@ -146,7 +168,7 @@ def _record(file: str, blender: List[str], request: Dict[str, Any], say: Callabl
         if process.returncode or not (folder / "scene.json").exists():
             log.seek(0)
             last = [line for line in log.read().splitlines() if line.strip() and line != "Blender quit"][-1:]
-            raise _Problem(f"{file}: Blender ended with {process.returncode}: {' '.join(last)}", _FAILED)
+            raise _Problem(f"{file}: {reader.name} ended with {process.returncode}: {' '.join(last)}", _FAILED)
     return None
 
 
@@ -155,16 +177,20 @@ def _run(options: argparse.Namespace, words: Sequence[str], say: Callable[[str],
         raise _Problem(f"--output: {options.output}: expected a name that ends in .t4d", _USAGE)
     if not os.path.isfile(options.file):
         raise _Problem(f"{options.file}: cannot be opened: there is no such file", _INVALID)
-    fps, notes = (options.fps, []) if options.fps else _rate_of(options.file)
+    readers = _readers(options.file, options.blender)
+    blenders = readers[0].name == "Blender"
+    if options.take is not None and (blenders or _extension(options.file) != ".fbx"):
+        raise _Problem("--take is for an .fbx that ufbx reads (pip install ufbx)", _USAGE)
+    fps, notes = (options.fps, []) if options.fps or not blenders else _rate_of(options.file)
     with tempfile.TemporaryDirectory(prefix="t4d-") as folder:
         request = {
-            "file": os.path.abspath(options.file), "folder": folder, "objects": options.object, "fps": fps,
-            "frame_range": options.frame_range, "step": options.step, "tolerance": options.tolerance,
+            "file": os.path.abspath(options.file), "folder": folder, "objects": options.object, "take": options.take,
+            "fps": fps, "frame_range": options.frame_range, "step": options.step, "tolerance": options.tolerance,
         }  # fmt: skip
-        say("starting Blender")
+        say(f"starting {readers[0].name}")
         reasons: Dict[str, None] = {}
-        for blender in _blenders(options.blender):
-            reason = _record(options.file, blender, request, say)
+        for reader in readers:
+            reason = _record(options.file, reader, request, say)
             if reason is None:
                 break
             reasons[reason] = None

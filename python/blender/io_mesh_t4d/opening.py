@@ -79,7 +79,7 @@ def notes_of(path: str) -> List[str]:
         keys = np.array([key.co for key in curve.keyframe_points])
         if ((np.diff(keys[:, 0]) > 1 + ON_FRAME) & (np.diff(keys[:, 1]) != 0)).any():
             return ["between two keys of an .fbx Blender moves along a straight line, whatever the curve in the file: "
-                    "bake the animation with a key at every frame if that matters"]  # fmt: skip
+                    "pip install ufbx reads it as it is, or bake the animation with a key at every frame"]  # fmt: skip
     return []
 
 
