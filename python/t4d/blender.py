@@ -29,7 +29,7 @@ _RECORD = ("import importlib, json, sys; place, module, request = sys.argv[sys.a
            "sys.path.insert(0, place); importlib.import_module(module).record_file(json.loads(request))")  # fmt: skip
 _USD = (".usd", ".usda", ".usdc", ".usdz")
 # By extension, the library that evaluates a file as its format says, its name on PyPI, and the module that asks it.
-_LIBRARIES = {".fbx": ("ufbx", "ufbx", "t4d.fbx_scene")}
+_LIBRARIES = {".fbx": ("ufbx", "ufbx", "t4d.fbx_scene"), **dict.fromkeys(_USD, ("pxr", "usd-core", "t4d.usd_scene"))}
 
 
 class _Reader(NamedTuple):
@@ -91,7 +91,7 @@ def _arguments() -> argparse.ArgumentParser:
         help="voxel edge, in metres, for objects whose faces change (default: 0.01 of each)")  # fmt: skip
     add("--take", metavar="NAME", help="animation of an .fbx (default: the first)")
     add("--blender", metavar="PROGRAM",
-        help="let this Blender read FILE (default: ufbx, bpy, or blender of the PATH)")  # fmt: skip
+        help="let this Blender read FILE (default: ufbx, usd-core, bpy, or blender of the PATH)")  # fmt: skip
     add("--json", action="store_true", help="print the result as JSON")
     add("-q", "--quiet", action="store_true", help="print errors and losses only")
     add("--version", action="version", version=f"t4d {t4d.__version__}")
