@@ -1,7 +1,9 @@
-"""The program t4d, and the Python door of its verb weave: ``python3 -m t4d weave scan/ --iso 300 -o scan.t4d``.
+"""The program t4d, and the Python door of its verbs weave and sweep: ``python3 -m t4d weave scan/ --iso 300 -o
+scan.t4d``, ``python3 -m t4d sweep walk.fbx -o walk.t4d``.
 
 The words are those of the program. If weave is given what readers of Python know (``t4d.open_frames``), its frames
-go to the program through a pipe; all else is the program's work alone. Messages and exit codes are the program's.
+go to the program through a pipe; if sweep is given an animation of other programs, it is t4d-blender (``t4d.blender``).
+All else is the program's work alone. Messages and exit codes are the program's.
 """
 
 from __future__ import annotations
@@ -20,7 +22,7 @@ from typing import Any, Dict, List, NamedTuple, NoReturn, Optional, Sequence, Tu
 
 import numpy as np
 
-from t4d import readers
+from t4d import blender, readers
 from t4d.commands import options_of, program
 from t4d.errors import Error
 from t4d.frames import MOST_FRAMES, Frames, open_frames
@@ -31,6 +33,7 @@ _INVALID, _USAGE = 4, 2
 # What open_frames takes is the door's: a region counts what the file has, and so do times and an origin beside it.
 _DOOR = [name for name in inspect.signature(open_frames).parameters if name != "source"]
 _NUMBERS = ("spacing", "origin", "times", "frame_time", "start_time")
+_ANIMATIONS = (".abc", ".blend", ".dae", ".fbx", ".usd", ".usda", ".usdc", ".usdz")
 _LEAST_OF_PATTERN = 3  # names
 _PATIENCE = 10  # seconds for the program to clean up
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
@@ -279,18 +282,30 @@ def _weave(words: List[str]) -> int:
     return code
 
 
-def _help() -> int:
+def animation_of(words: Sequence[str]) -> Optional[List[str]]:
+    """What t4d-blender is given if the words after sweep name an animation, not a solid that something else moves."""
+    files = [word for word in words if word[:1] != "-" and os.path.splitext(word)[1].lower() in _ANIMATIONS]
+    if len(files) != 1 or any(word.partition("=")[0] == "--motion" for word in words):
+        return None
+    return [files[0], *(word for word in words if word != files[0])]
+
+
+def _help(verb: str) -> int:
     """Of the program, and what the door adds."""
-    code = subprocess.run([program(), "weave", "--help"], check=False).returncode
-    print(f"\npython3 -m t4d weave also reads {', '.join(readers.known())}")
+    code = subprocess.run([program(), verb, "--help"], check=False).returncode
+    also = ", ".join(readers.known()) if verb == "weave" else f"{', '.join(_ANIMATIONS)}, as t4d-blender does"
+    print(f"\npython3 -m t4d {verb} also reads {also}")
     return code
 
 
 def main(words: List[str]) -> int:
+    is_help = bool({"-h", "--help"} & set(words))
+    if words[:1] in (["weave"], ["sweep"]) and is_help and "--json" not in words:
+        return _help(words[0])
+    animation = animation_of(words[1:]) if words[:1] == ["sweep"] and not is_help else None
+    if animation:
+        return blender.main(animation)
     if words[:1] == ["weave"]:
-        is_help = bool({"-h", "--help"} & set(words))
-        if is_help and "--json" not in words:
-            return _help()
         door = False
         with contextlib.suppress(ValueError, KeyError):  # what does not describe itself is run, too
             door = not is_help and is_door(words[1:])
