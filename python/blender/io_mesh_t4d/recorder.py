@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 RIGID = 1e-5
 # In names of bodies: controls, slashes, and what turns text round.
 UNFIT = re.compile(r"[\x00-\x1f\x7f-\x9f/\\\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069]")
+# An hour at 25 frames per second, and some: a file that says more is hardly meant so.
+MOST_FRAMES = 100_000
 # Of a frame: where motion jumps, no key in between helps.
 SHORTEST = 1 / 64
 
@@ -162,6 +164,9 @@ class Recorder:
         if there is nothing to record."""
         if last <= first:
             raise Problem(f"frames {first:g} to {last:g} are {int(last == first)}; a motion has at least 2")
+        if (last - first) / step > MOST_FRAMES:
+            many = f"{(last - first) / step:,.0f}, expected at most {MOST_FRAMES:,}"
+            raise Problem(f"frames {first:g} to {last:g} are {many}: choose some by --frame-range, or a larger --step")
         frames = [*np.arange(first, last, step).tolist(), last]
         left = self.scene.at(first)
         self._add(first, left)
