@@ -6,7 +6,8 @@ set(T4D_LINKED
   "zstd::libzstd_shared=-lzstd"
   "TinyGLTF::TinyGLTF=-ltinygltf" "LibLZMA::LibLZMA=-llzma" "LibMd::LibMd=-lmd"
   "LibDeflate::LibDeflate=-ldeflate" "CURL::libcurl=-lcurl" "Assimp::Assimp=-lassimp"
-  "meshoptimizer::meshoptimizer=-lmeshoptimizer" "TetGen::TetGen=-ltet" "CGAL::CGAL=-lmpfr -lgmp")
+  "meshoptimizer::meshoptimizer=-lmeshoptimizer" "draco::draco=-ldraco" "TetGen::TetGen=-ltet"
+  "CGAL::CGAL=-lmpfr -lgmp")
 if(IS_ABSOLUTE ${CMAKE_INSTALL_LIBDIR} OR IS_ABSOLUTE ${CMAKE_INSTALL_INCLUDEDIR})
   message(FATAL_ERROR "CMAKE_INSTALL_LIBDIR and CMAKE_INSTALL_INCLUDEDIR are below the prefix of the installation")
 endif()

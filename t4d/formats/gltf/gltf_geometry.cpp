@@ -94,14 +94,6 @@ Result<void> GltfGeometry::readPrimitive(const tinygltf::Primitive& primitive,
   }
   const auto position = primitive.attributes.find("POSITION");
   if (position == primitive.attributes.end()) return {};  // allowed, and draws nothing
-  constexpr const char* kDraco = "KHR_draco_mesh_compression";
-  const auto* accessor = elementAt(model_.accessors, position->second);
-  const bool isPlain = accessor != nullptr && accessor->bufferView >= 0;
-  if (primitive.extensions.count(kDraco) > 0 && !isPlain) {
-    return fail(ErrorCode::Unsupported,
-                fmt::format("is compressed by {}, which is not supported", kDraco), places_[place_],
-                gltfRemedyFor(kDraco));
-  }
 
   const std::uint64_t first = builder_.pointCount();
   const auto count = addPoints(position->second, world);

@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 
 #include "t4d/formats/gltf/gltf_builder.h"
+#include "t4d/formats/gltf/gltf_draco.h"
 #include "t4d/formats/gltf/gltf_instances.h"
 #include "t4d/formats/gltf/gltf_meshopt.h"
 #include "t4d/formats/gltf/gltf_model.h"
@@ -35,7 +36,7 @@ std::string attributeWord(std::string_view name) {
 
 /// Extensions that are read, that change nothing that is read, or that are told by other words.
 bool isToldOtherwise(std::string_view extension) {
-  return extension == "KHR_mesh_quantization" || extension == "KHR_draco_mesh_compression" ||
+  return extension == "KHR_mesh_quantization" || extension == kDracoExtension ||
          extension == "EXT_mesh_gpu_instancing" || extension == "KHR_animation_pointer" ||
          extension == "KHR_node_visibility" || isMeshopt(extension) ||
          extension.starts_with("KHR_materials_") || extension.starts_with("KHR_texture_") ||

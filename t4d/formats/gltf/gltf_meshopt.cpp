@@ -3,25 +3,17 @@
 #include <algorithm>
 #include <cstdint>
 #include <iterator>
-#include <optional>
 #include <string>
 
 #include <fmt/format.h>
 
+#include "t4d/formats/gltf/gltf_member.h"
 #include "t4d/formats/gltf/meshopt_pack.h"
 
 namespace t4d::formats {
 namespace {
 
 using nlohmann::json;
-
-std::optional<std::uint64_t> wholeMember(const json& object, const char* member,
-                                         std::optional<std::uint64_t> otherwise = {}) {
-  const auto found = object.find(member);
-  if (found == object.end()) return otherwise;
-  if (!found->is_number_unsigned()) return std::nullopt;
-  return found->get<std::uint64_t>();
-}
 
 std::string wordMember(const json& object, const char* member, const char* otherwise) {
   const auto found = object.find(member);

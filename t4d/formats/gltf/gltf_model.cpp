@@ -9,7 +9,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/formats/gltf/draco_unpack.h"
 #include "t4d/formats/gltf/gltf_buffers.h"
+#include "t4d/formats/gltf/gltf_draco.h"
 #include "t4d/formats/gltf/gltf_meshopt.h"
 #include "t4d/formats/text/json_check.h"
 #include "t4d/formats/text/json_object.h"
@@ -146,7 +148,8 @@ bool isSupported(std::string_view extension) {
                                           "KHR_mesh_quantization", "EXT_mesh_gpu_instancing",
                                           "KHR_animation_pointer", "KHR_node_visibility"};
   const auto begins = [&](std::string_view start) { return extension.starts_with(start); };
-  return std::ranges::any_of(kStarts, begins) || (hasMeshopt() && isMeshopt(extension));
+  return std::ranges::any_of(kStarts, begins) || (hasMeshopt() && isMeshopt(extension)) ||
+         (hasDraco() && extension == kDracoExtension);
 }
 
 /// Fails for other versions of glTF, and for documents that cannot be read right without an
@@ -189,6 +192,9 @@ Result<GltfModel> loadGltfModel(const InputFile& file) {
   auto buffers = loadGltfBuffers(file, *document, container->binary);
   if (!buffers) return buffers.error();
   unpackMeshoptViews(*document, buffers->buffers);
+  if (auto done = unpackDracoPrimitives(file, *document, buffers->buffers); !done) {
+    return done.error();
+  }
   numberTargets(*document);
   // tinygltf would load both by itself: images, which are not read here, and no buffer that is
   // larger than declared or that an extension defines.
@@ -218,8 +224,7 @@ Result<GltfModel> loadGltfModel(const InputFile& file) {
 }
 
 Remedy gltfRemedyFor(std::string_view extension) {
-  const bool known =
-      extension == "KHR_draco_mesh_compression" || extension == "EXT_meshopt_compression";
+  const bool known = extension == kDracoExtension || extension == "EXT_meshopt_compression";
   return known ? Remedy::PlainGltf : Remedy::None;
 }
 

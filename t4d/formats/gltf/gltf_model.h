@@ -20,9 +20,9 @@ struct GltfModel {
 };
 
 /// Parses a glTF 2.0 file, text or binary, and loads its buffers, which may be files in or below
-/// its folder; buffer views that meshoptimizer has compressed are unpacked. Does not load images.
+/// its folder; what meshoptimizer and Draco have compressed is unpacked. Does not load images.
 /// Fails on what tinygltf cannot parse, keys that occur twice in an object, negative offsets, other
-/// versions, and required extensions that would change the geometry.
+/// versions, required extensions that would change the geometry, and as unpackDracoPrimitives.
 Result<GltfModel> loadGltfModel(const InputFile& file);
 
 /// What helps with an extension that is not supported: PlainGltf for those that common programs

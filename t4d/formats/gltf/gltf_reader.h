@@ -10,7 +10,7 @@ namespace t4d::formats {
 /// nodes, as often as EXT_mesh_gpu_instancing says. What has scale zero is hidden and left out.
 /// Reads positions at rest, and to keep attributes COLOR_0 and TEXCOORD_0: skins, morph targets,
 /// animations, further scenes, other attributes, materials, images and cameras are losses, as far
-/// as they concern what is read. Compressed geometry is refused.
+/// as they concern what is read.
 Result<LoadedMesh> readGltf(const InputFile& file, Keep keep = Keep::Shape);
 
 }  // namespace t4d::formats

@@ -271,6 +271,24 @@ TEST_F(Program, WritesAndReadsUsd) {
   EXPECT_EQ(run("sweep one.usdz -m fx/rest.json -o a.t4d").exitCode, 0);
 }
 
+TEST_F(Program, CompressedFlipbooksAreReadAsWhatWasWritten) {
+  if (run("slice --help").out.find("--meshopt") == std::string::npos) GTEST_SKIP();
+  ASSERT_EQ(run("sweep fx/torus.obj -m fx/skew-axis.json -o torus.t4d").exitCode, 0);
+  for (const std::string kind : {"", "--rigid", "--morph"}) {
+    const auto read = [&](const std::string& encoding) {
+      const std::string options = kind + " " + encoding;
+      const Finished made = run("flipbook torus.t4d -n 5 -o torus.glb " + options);
+      EXPECT_EQ(made.exitCode, made.err.find("without meshoptimizer") == made.err.npos ? 0 : 2);
+      if (made.exitCode != 0) return std::string();
+      EXPECT_EQ(run("sweep torus.glb -o again.t4d").exitCode, 0) << options;
+      EXPECT_EQ(run("slice again.t4d --time 0.3 -o slice.stl").exitCode, 0) << options;
+      return contents(folder_ / "slice.stl");
+    };
+    const std::string packed = read("--meshopt");
+    EXPECT_TRUE(packed.empty() || packed == read("")) << kind;
+  }
+}
+
 TEST_F(Program, ListsWhatItDoesNotTakeOfGltf) {
   ASSERT_EQ(run(kPaper).exitCode, 0);
   ASSERT_EQ(run("slice cube.t4d --time 0 -o still.glb").exitCode, 0);

@@ -88,9 +88,11 @@ TEST_F(Program, CompressedGltfIsReadOrHasAWayIn) {
     ASSERT_EQ(run("mend packed.glb -o mended.ply").exitCode, 0);
   }
   write("draco.gltf",
-        R"({"asset":{"version":"2.0"},"extensionsRequired":["KHR_draco_mesh_compression"]})");
+        R"({"asset":{"version":"2.0"},"meshes":[{"primitives":[{"attributes":{},"extensions":)"
+        R"({"KHR_draco_mesh_compression":{"bufferView":0,"attributes":{"POSITION":0}}}}]}]})");
   refuses("mend draco.gltf -o out.ply",
-          "draco.gltf: requires the extension KHR_draco_mesh_compression, which is not supported\n"
+          "draco.gltf: meshes[0].primitives[0]: is compressed by KHR_draco_mesh_compression and "
+          "cannot be unpacked: buffer view 0 does not exist\n"
           "t4d: try: gltf-transform copy draco.gltf draco-plain.glb");
 }
 
