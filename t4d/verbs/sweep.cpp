@@ -124,6 +124,7 @@ Result<SweepReport> sweep(const SweepOptions& options, Observer& observer) {
   report->halfTurns = std::move(input->halfTurns);
   report->mended = std::move(input->mended);
   report->losses = std::move(input->losses);
+  report->otherAnimations = std::move(input->otherAnimations);
   for (std::string& loss : file->losses()) report->losses.push_back(std::move(loss));
   report->seconds = stopwatch.seconds();
   return report;

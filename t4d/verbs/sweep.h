@@ -149,6 +149,7 @@ struct SweepReport {
   std::uint64_t bytes = 0;               ///< of the file
   double seconds = 0;                    ///< with reading and writing
   std::vector<std::string> losses = {};
+  std::vector<std::string> otherAnimations = {};  ///< as formats::AnimatedScene
   /// Notices of sweeping, a sentence each. Those of the files that were read went to the observer.
   std::vector<std::string> notices = {};
 };

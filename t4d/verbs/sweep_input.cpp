@@ -101,6 +101,7 @@ Result<SweepInput> readMoving(const AnimationSweep& what, const SweepOptions& op
   input.bodyWord = "nodes";
   input.halfTurns = std::move(read->halfTurns);
   input.losses.insert(input.losses.end(), read->losses.begin(), read->losses.end());
+  input.otherAnimations = std::move(read->otherAnimations);
   input.files = {what.file};
   addPaths(read->otherFiles, input.files);
   input.lengthUnit = read->lengthUnit;

@@ -45,7 +45,8 @@ struct SweepInput {
   std::string up = "y";
   double voxelSize = 0;  ///< of a union
   std::vector<std::string> losses = {};
-  std::vector<std::string> files = {};      ///< all that were read
+  std::vector<std::string> otherAnimations = {};  ///< as formats::AnimatedScene
+  std::vector<std::string> files = {};            ///< all that were read
   std::vector<MendedBody> mended = {};      ///< in the order of the bodies; empty without mending
   std::vector<std::string> materials = {};  ///< the names that the attribute `material` numbers
 };

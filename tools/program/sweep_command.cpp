@@ -2,6 +2,7 @@
 #include <optional>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "t4d/formats/animation/deformation_reader.h"
 #include "t4d/formats/animation/mesh_steps.h"
@@ -347,6 +348,12 @@ int run(const SweepArguments& options) {
   const auto done = verbs::sweep(how, observer);
   if (!done) return reportSolids(how, done.error());
   observer.noteEach(done->notices);
+  if (const auto& others = done->otherAnimations; !others.empty() && options.animation.empty()) {
+    observer.note(
+        fmt::format("the first animation of {} is read; --animation takes another ({}), "
+                    "or all",
+                    others.size() + 1, fmt::join(others, ", ")));
+  }
   if (options.json) {
     tools::printText(jsonOf(*done, peakBytes()) + "\n");
   } else {
@@ -382,7 +389,7 @@ void addSweep(CLI::App& app, int& exitCode) {
                     "Make one solid of all bodies of an animation or a deformation, which may "
                     "overlap, from voxels (--voxel-size, default: 0.01 of the largest extent)");
   command->add_option("--animation", options->animation,
-                      "Animation, by name or number from 0 (default: the first)");
+                      "Animation by name or number, or all at once (default: the first)");
   command->add_option("--scene", options->scene,
                       "glTF scene, by name or number from 0 (default: that of the file)");
   command

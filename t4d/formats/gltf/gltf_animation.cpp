@@ -129,12 +129,24 @@ class AnimationReader {
     if (model_.animations.empty()) {
       return invalid("has no animation", file, Remedy::GiveMotion);
     }
-    if (!options_.animation.empty()) {
-      const auto found = chosen(model_.animations, options_.animation, "animation", file);
-      if (!found) return found.error();
-      animation_ = *found;
+    const int count = static_cast<int>(model_.animations.size());
+    if (options_.animation.empty()) {
+      animations_ = {0};
+    } else if (const auto found =
+                   chosen(model_.animations, options_.animation, "animation", file)) {
+      animations_ = {*found};
+    } else if (options_.animation == "all") {
+      for (int i = 0; i < count; ++i) animations_.push_back(i);
+    } else {
+      return found.error();
     }
-    used_.animation = animation_;
+    used_.animated = true;
+    for (int i = 0; i < count; ++i) {
+      const std::string& name = model_.animations[static_cast<std::size_t>(i)].name;
+      if (std::ranges::find(animations_, i) != animations_.end()) continue;
+      scene_.otherAnimations.push_back(name.empty() ? std::to_string(i)
+                                                    : fmt::format("'{}'", asName(name)));
+    }
     if (!options_.scene.empty()) {
       const auto found = chosen(model_.scenes, options_.scene, "scene", file);
       if (!found) return found.error();
@@ -147,7 +159,7 @@ class AnimationReader {
     auto scene = readGltfScene(file_, model_, used_.scene);
     if (!scene) return scene.error();
     order_ = std::move(scene->nodes);
-    auto hierarchy = readGltfHierarchy(file_, model_, order_, animation_);
+    auto hierarchy = readGltfHierarchy(file_, model_, order_, animations_);
     if (!hierarchy) return hierarchy.error();
     moving_ = std::make_shared<const GltfHierarchy>(std::move(*hierarchy));
     return {};
@@ -289,7 +301,7 @@ class AnimationReader {
     const model::TriangleMesh& mesh = scene_.bodies[body].mesh;
     const auto vertices = std::make_shared<const std::vector<Point3>>(mesh.vertices);
     KeyDivider divider(*moving, mesh, {*scene_.bodies[body].tolerance, options_.edgeFactor},
-                       gltfElement(file_, "animations", animation_));
+                       gltfElement(file_, "animations", animations_.front()));
     std::set<double> keys = {0, moving_->end};
     std::set<double> jumps = {0, moving_->end};
     for (const GltfCurve* curve : curvesOf(*shape)) {
@@ -345,7 +357,7 @@ class AnimationReader {
   const InputFile& file_;
   const tinygltf::Model& model_;
   const GltfAnimationOptions& options_;
-  int animation_ = 0;
+  std::vector<int> animations_;
   std::size_t hiddenInstances_ = 0;
   GltfUse used_;
   std::vector<GltfNode> order_;

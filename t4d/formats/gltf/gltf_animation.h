@@ -16,7 +16,8 @@
 namespace t4d::formats {
 
 struct GltfAnimationOptions {
-  /// The name of the animation, or its number from 0; "" for the first.
+  /// The name of the animation, or its number from 0; "all" for all of them together; "" for the
+  /// first.
   std::string animation = {};
   /// The name of the scene, or its number from 0; "" for the default one.
   std::string scene = {};
@@ -43,6 +44,7 @@ struct AnimatedScene {
   std::vector<model::HalfTurn> halfTurns;
   std::vector<std::string> notices;
   std::vector<std::string> losses;
+  std::vector<std::string> otherAnimations;  ///< that are not read: names in quotes, or numbers
   std::vector<std::filesystem::path> otherFiles;  ///< as LoadedMesh::otherFiles
   std::string lengthUnit = "m";
   std::string up = "y";  ///< or "z"
@@ -51,7 +53,8 @@ struct AnimatedScene {
 /// glTF, binary or text.
 std::vector<system::FileFormat> animatedGltfFormats();
 
-/// Reads an animation of a glTF 2.0 file, from time 0 to its last key: each node of the scene with
+/// Reads an animation of a glTF 2.0 file, or all of them, which then must not move the same
+/// property of a node, from time 0 to the last key: each node of the scene with
 /// a mesh is a body. Nodes are translated, rotated and scaled (STEP, LINEAR, CUBICSPLINE), and
 /// meshes deformed by skins and morph targets. All instances of a node (EXT_mesh_gpu_instancing)
 /// are one body, as all primitives of a mesh are.

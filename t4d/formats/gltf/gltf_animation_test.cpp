@@ -495,17 +495,54 @@ TEST(GltfAnimation, PointersToAnythingElseAreLostMotion) {
   EXPECT_EQ(nothing.error().remedy, Remedy::GiveMotion);
 }
 
-TEST(GltfAnimation, OthersAreNamedAsLost) {
-  Gltf gltf;
-  gltf.animate(0, "translation", "LINEAR", {0, 2}, {0, 0, 0, 5, 0, 0});
+/// The text with two animations before `go`: of one sampler, for two seconds.
+InputFile withAnimationsBefore(Gltf& gltf, const char* targetOfRun, const char* targetOf1) {
   InputFile file = gltf.file();
-  const std::string go = R"("animations":[{"name":"go",)";
-  file.bytes.insert(file.bytes.find(go) + go.size() - 13,
-                    R"({"name":"run","samplers":[],"channels":[]},{"samplers":[],"channels":[]},)");
-  const auto scene = readGltfAnimation(file, {"go", "", 0.1});
-  ASSERT_TRUE(scene) << scene.error().text();
-  EXPECT_EQ(scene->losses,
-            std::vector<std::string>{"2 animations besides 'go', which is read: 'run', number 1"});
+  const std::string go = R"("animations":[)";
+  const char* animation =
+      R"({{{}"samplers":[{{"input":0,"output":1}}],"channels":[{{"sampler":0,"target":{}}}]}},)";
+  file.bytes.insert(file.bytes.find(go) + go.size(),
+                    fmt::format(fmt::runtime(animation), R"("name":"run",)", targetOfRun) +
+                        fmt::format(fmt::runtime(animation), "", targetOf1));
+  return file;
+}
+
+/// Of the first vertex, at the last key.
+double xAtEnd(const AnimatedBody& body) {
+  return positionsAt(body, body.runs.at(0)->count() - 1)[0].x();
+}
+
+TEST(GltfAnimation, OneOfSeveralIsReadOrAllTogether) {
+  Gltf gltf;
+  gltf.nodes = R"({"name":"body","mesh":0},{"mesh":0},{"mesh":0})";
+  gltf.animate(0, "translation", "LINEAR", {0, 2}, {0, 0, 0, 5, 0, 0});
+  gltf.animate(0, "scale", "LINEAR", {0, 1}, {1, 1, 1, 2, 2, 2});
+  const InputFile file = withAnimationsBefore(gltf, R"({"node":1,"path":"translation"})",
+                                              R"({"node":1,"path":"translation"})");
+  const auto endOf = [&](const char* animation, std::size_t body) {
+    const auto scene = readGltfAnimation(file, {animation, "", 0.1});
+    EXPECT_TRUE(scene) << scene.error().text();
+    return std::pair(scene->otherAnimations, xAtEnd(scene->bodies.at(body)));
+  };
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(endOf("go", 0), std::pair(Names({"'run'", "1"}), 7.0));
+  EXPECT_EQ(endOf("", 1), std::pair(Names({"1", "'go'"}), 6.0));
+  EXPECT_EQ(endOf("1", 0), std::pair(Names({"'run'", "'go'"}), 1.0));
+  const auto error = readGltfAnimation(file, {"all", "", 0.1});
+  ASSERT_FALSE(error);
+  EXPECT_EQ(textOf(error.error(), file.path),
+            "a.gltf: animations[1].channels[0]: moves the translation of node 1, as another "
+            "animation that is read does");
+  Gltf again = gltf;
+  const auto all =
+      readGltfAnimation(withAnimationsBefore(again, R"({"node":1,"path":"translation"})",
+                                             R"({"node":2,"path":"translation"})"),
+                        {"all", "", 0.1});
+  ASSERT_TRUE(all) << all.error().text();
+  EXPECT_TRUE(all->otherAnimations.empty());
+  EXPECT_EQ(xAtEnd(all->bodies.at(0)), 7);
+  EXPECT_EQ(xAtEnd(all->bodies.at(1)), 6);
+  EXPECT_EQ(xAtEnd(all->bodies.at(2)), 6);
 }
 
 TEST(GltfAnimation, WhatIsNoAnimationIsRefused) {

@@ -1,6 +1,7 @@
 #include "t4d/formats/gltf/gltf_hierarchy.h"
 
 #include <algorithm>
+#include <map>
 #include <utility>
 
 #include <Eigen/SVD>
@@ -21,12 +22,16 @@ using Property = GltfTarget::Property;
 class HierarchyReader {
  public:
   HierarchyReader(const InputFile& file, const tinygltf::Model& model,
-                  std::span<const GltfNode> scene, int animation)
-      : file_(file), model_(model), scene_(scene), animation_(animation) {}
+                  std::span<const GltfNode> scene, std::span<const int> animations)
+      : file_(file), model_(model), scene_(scene), animations_(animations) {}
 
   Result<GltfHierarchy> read() {
     readNodes();
-    if (auto done = readChannels(); !done) return done.error();
+    found_.weights.resize(model_.nodes.size(), nullptr);
+    for (const int animation : animations_) {
+      if (auto done = readChannels(animation); !done) return done.error();
+    }
+    if (!(found_.end > 0)) return nothingMoves();
     if (auto done = checkScales(); !done) return done.error();
     return std::move(found_);
   }
@@ -56,30 +61,36 @@ class HierarchyReader {
     return node != nullptr && node->has_value() ? node : nullptr;
   }
 
-  Result<void> readChannels() {
-    const auto& animation = model_.animations[static_cast<std::size_t>(animation_)];
-    found_.weights.resize(model_.nodes.size(), nullptr);
-    for (std::size_t i = 0; i < animation.channels.size(); ++i) {
-      const auto& channel = animation.channels[i];
+  Result<void> readChannels(int animation) {
+    const auto& channels = model_.animations[static_cast<std::size_t>(animation)].channels;
+    for (std::size_t i = 0; i < channels.size(); ++i) {
       const Place where =
-          gltfElement(file_, "animations", animation_, fmt::format(".channels[{}]", i));
-      const GltfTarget target = gltfTargetOf(model_, channel);
+          gltfElement(file_, "animations", animation, fmt::format(".channels[{}]", i));
+      const GltfTarget target = gltfTargetOf(model_, channels[i]);
       if (target.property == Property::Other) found_.others.push_back(target.name);
       for (const int node : target.nodes) {
-        if (auto done = readChannel(target, node, channel.sampler, where); !done) return done;
+        if (auto done = readChannel(target, node, animation, channels[i].sampler, where); !done) {
+          return done;
+        }
       }
     }
-    if (found_.end > 0) return {};
+    return {};
+  }
+
+  Error nothingMoves() const {
     const std::string others = found_.others.empty() ? std::string()
                                                      : fmt::format("; what moves is not read: {}",
                                                                    fmt::join(found_.others, ", "));
     return invalid(
         fmt::format("has no key after time 0 that moves a node of the scene, so nothing moves{}",
                     others),
-        gltfElement(file_, "animations", animation_), Remedy::GiveMotion);
+        animations_.size() > 1 ? Place(file_.path.string())
+                               : gltfElement(file_, "animations", animations_.front()),
+        Remedy::GiveMotion);
   }
 
-  Result<void> readChannel(const GltfTarget& target, int index, int sampler, const Place& where) {
+  Result<void> readChannel(const GltfTarget& target, int index, int animation, int sampler,
+                           const Place& where) {
     const auto* moved = elementAt(model_.nodes, index);
     if (moved == nullptr && index >= 0) {
       return invalid(fmt::format("moves node {}, which does not exist; there are {}", index,
@@ -92,7 +103,8 @@ class HierarchyReader {
     const GltfCurve*& slot = slotOf(**node, index, target.property);
     if (slot != nullptr) {
       return invalid(
-          fmt::format("moves the {} of node {}, as another channel does", target.name, index),
+          fmt::format("moves the {} of node {}, as another {} does", target.name, index,
+                      animationOf_.at(slot) == animation ? "channel" : "animation that is read"),
           where);
     }
     const bool isWeights = target.property == Property::Weights;
@@ -105,12 +117,13 @@ class HierarchyReader {
           fmt::format("moves the weights of node {}, whose mesh has no morph targets", index),
           where);
     }
-    auto curve = GltfCurve::read(file_, model_, animation_, sampler, kind, width);
+    auto curve = GltfCurve::read(file_, model_, animation, sampler, kind, width);
     if (!curve) return curve.error();
     found_.end = std::max(found_.end, curve->times().back());
     found_.keysBeforeZero += curve->times().size() - curve->timesFromZero().size();
     found_.curves.push_back(std::make_unique<GltfCurve>(std::move(*curve)));
     slot = found_.curves.back().get();
+    animationOf_[slot] = animation;
     return {};
   }
 
@@ -181,8 +194,9 @@ class HierarchyReader {
   const InputFile& file_;
   const tinygltf::Model& model_;
   std::span<const GltfNode> scene_;
-  int animation_;
+  std::span<const int> animations_;
   GltfHierarchy found_;
+  std::map<const GltfCurve*, int> animationOf_;
 };
 
 }  // namespace
@@ -245,8 +259,9 @@ CurveBound GltfHierarchy::bound(int index, CurveBound point, double begin, doubl
 }
 
 Result<GltfHierarchy> readGltfHierarchy(const InputFile& file, const tinygltf::Model& model,
-                                        std::span<const GltfNode> scene, int animation) {
-  return HierarchyReader(file, model, scene, animation).read();
+                                        std::span<const GltfNode> scene,
+                                        std::span<const int> animations) {
+  return HierarchyReader(file, model, scene, animations).read();
 }
 
 }  // namespace t4d::formats

@@ -59,9 +59,11 @@ struct GltfHierarchy {
   CurveBound bound(int index, CurveBound point, double begin, double end) const;
 };
 
-/// Reads what an animation does with the nodes of a scene. Fails on channels that the specification
-/// does not allow, if nothing moves, and where a scale shrinks to zero or through it.
+/// Reads what animations, of which there is at least one, do together with the nodes of a scene.
+/// Fails on channels that the specification does not allow, on two that move the same, if nothing
+/// moves, and where a scale shrinks to zero or through it.
 Result<GltfHierarchy> readGltfHierarchy(const InputFile& file, const tinygltf::Model& model,
-                                        std::span<const GltfNode> scene, int animation);
+                                        std::span<const GltfNode> scene,
+                                        std::span<const int> animations);
 
 }  // namespace t4d::formats

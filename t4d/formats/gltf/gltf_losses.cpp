@@ -63,10 +63,7 @@ class Losses {
   }
 
   void animation() {
-    if (used_.animation) {
-      otherAnimations(*used_.animation);
-      return;
-    }
+    if (used_.animated) return;
     std::set<int> moved;
     for (const auto& animation : model_.animations) {
       for (const auto& channel : animation.channels) {
@@ -80,27 +77,12 @@ class Losses {
     }
   }
 
-  void otherAnimations(int taken) {
-    std::vector<std::string> others;
-    for (std::size_t i = 0; i < model_.animations.size(); ++i) {
-      if (static_cast<int>(i) != taken) others.push_back(animationName(i));
-    }
-    if (others.empty()) return;
-    add("{} besides {}, which is read: {}", counted(others.size(), "animation"),
-        animationName(static_cast<std::size_t>(taken)), fmt::join(others, ", "));
-  }
-
-  std::string animationName(std::size_t index) const {
-    const std::string& name = model_.animations[index].name;
-    return name.empty() ? fmt::format("number {}", index) : fmt::format("'{}'", name);
-  }
-
   void nodes() {
     std::size_t skinned = 0;
     for (const int index : used_.nodes) {
       const auto* node = elementAt(model_.nodes, index);
       if (node == nullptr) continue;
-      skinned += !used_.animation && node->mesh >= 0 && node->skin >= 0;
+      skinned += !used_.animated && node->mesh >= 0 && node->skin >= 0;
       if (node->mesh < 0) continue;
       for (const std::string& name : gltfInstanceAttributes(*node)) instanceAttribute(name);
     }
@@ -125,7 +107,7 @@ class Losses {
         if (material != nullptr) materials_.insert(primitive.material);
       }
     }
-    if (morphed > 0 && !used_.animation) {
+    if (morphed > 0 && !used_.animated) {
       add("the morph targets of {}: its base shape is used", counted(morphed, "mesh", "meshes"));
     }
     if (pointsOrLines > 0) add("{} of points or lines", counted(pointsOrLines, "set"));

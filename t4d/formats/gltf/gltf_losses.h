@@ -11,11 +11,10 @@ namespace t4d::formats {
 
 /// What the reader takes of a document.
 struct GltfUse {
-  std::set<int> nodes;   ///< of the scene, with a mesh at or below them; hidden ones, too
-  std::set<int> meshes;  ///< of these nodes; without nodes, all of them
-  /// The animation that is read, with skins and morph targets; nothing for the mesh at rest.
-  std::optional<int> animation = {};
-  std::optional<int> scene = {};          ///< nothing for the default one
+  std::set<int> nodes;            ///< of the scene, with a mesh at or below them; hidden ones, too
+  std::set<int> meshes;           ///< of these nodes; without nodes, all of them
+  bool animated = false;          ///< with skins and morph targets; otherwise at rest
+  std::optional<int> scene = {};  ///< nothing for the default one
   std::set<std::string> attributes = {};  ///< of vertices, besides positions: COLOR_0, ...
 };
 

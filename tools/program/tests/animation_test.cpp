@@ -289,6 +289,30 @@ TEST_F(Program, CompressedFlipbooksAreReadAsWhatWasWritten) {
   }
 }
 
+TEST_F(Program, OtherAnimationsAreNamedInANote) {
+  ASSERT_EQ(run("sweep fx/two-boxes.obj -m fx/skew-axis.json -o boxes.t4d").exitCode, 0);
+  ASSERT_EQ(run("flipbook boxes.t4d -n 2 --rigid -o two.gltf").exitCode, 0);
+  json gltf = json::parse(contents(folder_ / "two.gltf"));
+  gltf["animations"].push_back(gltf["animations"][0]);
+  gltf["animations"][1]["name"] = "the other";
+  write("two.gltf", gltf.dump());
+  const std::string note = "--animation takes another ('the other'), or all";
+  EXPECT_THAT(run("sweep two.gltf -o a.t4d").err, testing::HasSubstr(note));
+  EXPECT_THAT(run("sweep two.gltf --animation motion -o a.t4d").err,
+              testing::Not(testing::HasSubstr("animation")));
+  refuses("sweep two.gltf --animation all -o a.t4d", "as another animation that is read does");
+  // One turns the body, the other moves it.
+  gltf["animations"][0]["channels"].erase(1);
+  gltf["animations"][1]["channels"].erase(0);
+  write("two.gltf", gltf.dump());
+  ASSERT_EQ(run("sweep two.gltf --animation all --tolerance 1e-4 -o all.t4d").exitCode, 0);
+  gltf["animations"][0]["channels"].push_back(gltf["animations"][1]["channels"][0]);
+  gltf["animations"].erase(1);
+  write("two.gltf", gltf.dump());
+  ASSERT_EQ(run("sweep two.gltf --tolerance 1e-4 -o one.t4d").exitCode, 0);
+  EXPECT_EQ(run("measure all.t4d -n 3 --json").out, run("measure one.t4d -n 3 --json").out);
+}
+
 TEST_F(Program, ListsWhatItDoesNotTakeOfGltf) {
   ASSERT_EQ(run(kPaper).exitCode, 0);
   ASSERT_EQ(run("slice cube.t4d --time 0 -o still.glb").exitCode, 0);
