@@ -1,5 +1,6 @@
 #include "t4d/verbs/flipbook.h"
 
+#include <cmath>
 #include <filesystem>
 
 #include <fmt/format.h>
@@ -9,6 +10,7 @@
 #include "t4d/convert/morph_flipbook.h"
 #include "t4d/convert/rigid_flipbook.h"
 #include "t4d/formats/usd/usd_writer.h"
+#include "t4d/model/units.h"
 #include "t4d/verbs/json_text.h"
 #include "t4d/verbs/origin.h"
 #include "t4d/verbs/slice_writing.h"
@@ -30,10 +32,39 @@ Result<void> checkFlipbookOptions(const FlipbookOptions& options) {
           ? "bodies that are moved by poses have float32 coordinates"
       : options.kind == FlipbookKind::Morph && write.quantizeBits > 15
           ? "shapes of morphed bodies have at most 15 bits"
+      : options.framesPerSecond && options.seconds
+          ? "frames per second and seconds of playback are given both"
       : options.visibility && isUsd ? "USD shows and hides bodies by their visibility in any case"
                                     : nullptr;
   if (contradiction != nullptr) return fail(ErrorCode::Options, contradiction);
   return checkSliceWriteOptions(write, options.output);
+}
+
+/// Whether the times between frames differ by less than anybody sees.
+bool areEven(std::span<const double> times) {
+  constexpr double kUnseen = 0.01;  // of the time between two frames
+  const double step = (times.back() - times.front()) / static_cast<double>(times.size() - 1);
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const double even = times.front() + static_cast<double>(i) * step;
+    if (std::abs(times[i] - even) > kUnseen * std::abs(step)) return false;
+  }
+  return true;
+}
+
+/// The frames per second at which each is shown at its own time; nothing if its unit is another
+/// than the second, and for frames that are not evenly spaced.
+std::optional<double> realRate(std::span<const double> times, const std::string& timeUnit) {
+  const auto seconds = model::timeConversion(timeUnit, "s");
+  if (!seconds || !seconds->isIdentity()) return std::nullopt;
+  if (times.front() == times.back() || !areEven(times)) return std::nullopt;
+  return static_cast<double>(times.size() - 1) / std::abs(times.back() - times.front());
+}
+
+double rateOf(const FlipbookOptions& options, std::size_t frames, std::optional<double> realRate) {
+  constexpr double kUsual = 24;
+  if (options.framesPerSecond) return *options.framesPerSecond;
+  if (options.seconds) return static_cast<double>(frames) / *options.seconds;
+  return realRate.value_or(kUsual);
 }
 
 Result<convert::FrameSlicesReport> writeFrames(const Input& input, const FlipbookOptions& options,
@@ -71,7 +102,8 @@ Result<FlipbookReport> flipbook(const Input& input, const FlipbookOptions& optio
   const formats::GltfPlacement placement = placementOf(input.metadata, notices);
   observer.noteEach(notices);
   convert::FlipbookOptions how;
-  how.framesPerSecond = options.framesPerSecond;
+  const std::optional<double> real = realRate(times, input.metadata.timeUnit);
+  how.framesPerSecond = rateOf(options, times.size(), real);
   how.detail = options.exact ? slice::SliceDetail::Exact : slice::SliceDetail::Light;
   std::vector<double> rates;
   if (options.write.needsVelocity()) {
@@ -100,7 +132,8 @@ Result<FlipbookReport> flipbook(const Input& input, const FlipbookOptions& optio
   report.written = std::move(*written);
   report.firstTime = times.front();
   report.lastTime = times.back();
-  report.seconds = static_cast<double>(times.size()) / options.framesPerSecond;
+  report.seconds = static_cast<double>(times.size()) / how.framesPerSecond;
+  report.inRealTime = real == how.framesPerSecond;
   report.hasVelocity = how.velocity.has_value();
   report.colorRange = looks->painting.range;
   report.quantizationError = quantizationErrorOf(how.write.gltf);

@@ -24,7 +24,11 @@ struct FlipbookOptions {
   /// Of the frames; none for 60, evenly spaced over the whole time. A flipbook without frames shows
   /// the time from the first to the last.
   std::vector<double> times = {};
-  double framesPerSecond = 24;
+  /// Of playback; none for as many as `seconds` take.
+  std::optional<double> framesPerSecond = {};
+  /// Of playback, all frames together. Without it and framesPerSecond, evenly spaced frames of a
+  /// mesh whose time unit is the second play in real time, and all others 24 per second.
+  std::optional<double> seconds = {};
   FlipbookKind kind = FlipbookKind::Frames;
   bool exact = false;  ///< of frames: as slice::SliceDetail::Exact, not Light
   /// Velocities are per second of playback. A flipbook without frames has one colour per body, no
@@ -39,6 +43,7 @@ struct FlipbookReport {
   double firstTime = 0;
   double lastTime = 0;
   double seconds = 0;        ///< of playback
+  bool inRealTime = false;   ///< a second of playback is a second of the mesh
   std::uint64_t bytes = 0;   ///< of all files
   bool hasVelocity = false;  ///< whether velocities were written, or needed for colours
   /// The smallest and largest value of what gives colours, if they come from numbers.

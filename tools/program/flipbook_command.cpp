@@ -22,6 +22,7 @@ constexpr std::uint64_t kMaxFrames = 100'000;
 struct FlipbookArguments {
   std::string input;
   FrameOptions frames;
+  const CLI::Option* fps = nullptr;
   InputOptions only;
   verbs::FlipbookOptions flipbook;
   bool rigid = false;
@@ -58,6 +59,9 @@ std::optional<std::string> misuseOf(const FlipbookArguments& options) {
   if (!byFrames && how.write.isColoredBySpeed()) {
     return "--color speed: a body of --rigid or --morph has one colour";
   }
+  if (how.seconds && !options.frames.speedFile.empty()) {
+    return "--duration: the curve of --speed-file says how long the animation plays";
+  }
   if (auto misuse = misuseOfMaxSpeed(how.write)) return misuse;
   if (auto misuse = misuseOfEncoding(how.write, how.output)) return misuse;
   if (how.visibility && formats::isUsd(how.output)) {
@@ -72,10 +76,10 @@ std::optional<std::string> misuseOf(const FlipbookArguments& options) {
 void printReport(const verbs::FlipbookOptions& how, const verbs::FlipbookReport& made,
                  const formats::Metadata& metadata) {
   const convert::FrameSlicesReport& written = made.written;
-  print("{}: {} of time {} to {}, plays for {:.4g} s\n  {} in all, {}\n  {}\n",
+  print("{}: {} of time {} to {}, plays for {:.4g} s{}\n  {} in all, {}\n  {}\n",
         written.files.front().string(), counted(written.frames, "frame"), made.firstTime,
-        made.lastTime, made.seconds, counted(written.triangles, "triangle"), sizeText(made.bytes),
-        kindText(made));
+        made.lastTime, made.seconds, made.inRealTime ? ", in real time" : "",
+        counted(written.triangles, "triangle"), sizeText(made.bytes), kindText(made));
   printExtra({velocityText(how.write, written.maxSpeed, written.clamped,
                            velocityUnit(metadata, /*ofPlayback=*/true)),
               colorText(how.write, made.colorRange)});
@@ -90,7 +94,10 @@ int run(FlipbookArguments& options) {
   auto times = options.frames.of(model::timeSpanOf(input->bodies), kMaxFrames);
   if (!times) return report(times.error());
   how.times = std::move(*times);
-  how.framesPerSecond = options.frames.framesPerSecond;
+  // Those of a curve are made for it.
+  if (options.fps->count() > 0 || !options.frames.speedFile.empty()) {
+    how.framesPerSecond = options.frames.framesPerSecond;
+  }
   ConsoleObserver observer;
   const auto made = verbs::flipbook(*input, how, observer);
   if (!made && made.error().remedy == Remedy::MoreFrames) {
@@ -117,7 +124,15 @@ void addFlipbook(CLI::App& app, int& exitCode) {
   verbs::FlipbookOptions& flipbook = options->flipbook;
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
   options->frames.addTo(*command, kMaxFrames);
-  options->frames.addSpeedTo(*command);
+  auto* fps = options->frames.addSpeedTo(*command);
+  fps->description("Frames per second (default: real time if time is in s, otherwise 24)");
+  fps->default_str("");
+  options->fps = fps;
+  command
+      ->add_option("--duration", flipbook.seconds,
+                   "Duration of the animation in seconds, instead of --fps")
+      ->check(numberAboveZero())
+      ->excludes(fps);
   command->add_option("-o,--output", flipbook.output, "Output file: .glb, .gltf, .usda or .usdz")
       ->required()
       ->check(someName())

@@ -236,10 +236,10 @@ TEST_F(Program, CrossingsBetweenTheKeysOfADeformationAreReported) {
 
 TEST_F(Program, WritesAndReadsUsd) {
   ASSERT_EQ(run(kPaper).exitCode, 0);
-  const auto written = run("flipbook cube.t4d --frames 5 -o f.usda --json").value();
+  const auto written = run("flipbook cube.t4d --frames 5 --fps 24 -o f.usda --json").value();
   EXPECT_EQ(written["files"], json({"f.usda"}));
   EXPECT_EQ(written["frames"], 5);
-  EXPECT_EQ(run("flipbook cube.t4d --frames 5 -o f.usdz").exitCode, 0);
+  EXPECT_EQ(run("flipbook cube.t4d --frames 5 --fps 24 -o f.usdz").exitCode, 0);
   for (const char* file : {"f.usda", "f.usdz"}) {
     const auto swept = run(std::string("sweep ") + file + " -o again.t4d --json").value();
     EXPECT_EQ(swept["bodies"][0]["name"], "paper-cube");

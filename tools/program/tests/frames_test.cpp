@@ -110,6 +110,52 @@ TEST_F(Program, MeasuresASolidOverTime) {
   misused("measure cube.t4d -o cube.t4d", "");
 }
 
+TEST_F(Program, AFlipbookPlaysInRealTimeIfItsTimeUnitIsTheSecond) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);  // lasts from 0 to 64, without units
+  ASSERT_EQ(run("transform cube.t4d --time-unit s -o seconds.t4d").exitCode, 0);
+  const auto secondsOf = [&](const std::string& options) {
+    const Finished done = run("flipbook " + options + " -o film.glb --json");
+    EXPECT_EQ(done.exitCode, 0) << done.err;
+    return done.value()["seconds"].get<double>();
+  };
+  // The fifth frame is shown at second 64, for as long as the others.
+  for (const std::string kind : {"", " --rigid", " --morph", " --exact"}) {
+    EXPECT_EQ(secondsOf("seconds.t4d --frames 5" + kind), 80) << kind;
+    EXPECT_EQ(secondsOf("seconds.t4d --frames 5 --duration 3" + kind), 3) << kind;
+    EXPECT_EQ(secondsOf("seconds.t4d --frames 5 --fps 2" + kind), 2.5) << kind;
+    EXPECT_EQ(secondsOf("cube.t4d --frames 3" + kind), 0.125) << kind;
+  }
+  EXPECT_EQ(secondsOf("seconds.t4d --times 64:0:5"), 80);
+  EXPECT_EQ(secondsOf("seconds.t4d --times 0,16,32"), 48);
+  EXPECT_THAT(run("flipbook seconds.t4d -n 5 -o film.glb").out,
+              testing::HasSubstr("plays for 80 s, in real time\n"));
+  EXPECT_THAT(run("flipbook seconds.t4d -n 5 --duration 3 -o film.glb").out,
+              testing::HasSubstr("plays for 3 s\n"));
+  // Neither times that are not even, nor other units.
+  EXPECT_EQ(secondsOf("seconds.t4d --times 0,16,48"), 0.125);
+  EXPECT_EQ(secondsOf("seconds.t4d --times 3,3,3"), 0.125);
+  ASSERT_EQ(run("transform cube.t4d --time-unit min -o minutes.t4d").exitCode, 0);
+  EXPECT_EQ(secondsOf("minutes.t4d --frames 3"), 0.125);
+  // At every second of it is what the mesh is at that time.
+  ASSERT_EQ(run("flipbook seconds.t4d --morph -n 5 -o film.glb").exitCode, 0);
+  ASSERT_EQ(run("sweep film.glb -o again.t4d").exitCode, 0);
+  const auto distances = [&](const std::string& file) {
+    std::vector<double> result;
+    const Finished done = run("measure " + file + " --times 1,20,63 --json");
+    for (const json& sample : done.value()["samples"]) {
+      const auto center = sample["centroid"].get<std::array<double, 3>>();
+      result.push_back(std::hypot(center[0], center[1], center[2]));
+    }
+    return result;
+  };
+  EXPECT_THAT(distances("again.t4d"),
+              testing::Pointwise(testing::DoubleNear(1e-4), distances("seconds.t4d")));
+  misused("flipbook cube.t4d --duration 0 -o a.glb", "--duration: '0' is not a number above 0");
+  misused("flipbook cube.t4d --duration 1 --fps 2 -o a.glb", "--duration");
+  write("even.csv", "playback,time\n0,0\n64,64\n");
+  misused("flipbook cube.t4d --duration 1 --speed-file even.csv -o a.glb", "--duration: the curve");
+}
+
 TEST_F(Program, PlaysCurvesOfTimeAndSpeed) {
   ASSERT_EQ(run(kPaper).exitCode, 0);  // lasts from 0 to 64
   const auto film = [&](const std::string& options) {
@@ -123,6 +169,7 @@ TEST_F(Program, PlaysCurvesOfTimeAndSpeed) {
   EXPECT_TRUE(film("--speed-file rows.csv --fps 1") == film("--frames 65 --fps 1"));
   write("twice.csv", "playback speed\n0 2\n0.7 2\n32 2\n");
   EXPECT_TRUE(film("--speed-file twice.csv --fps 10") == film("--frames 321 --fps 10"));
+  EXPECT_TRUE(film("--speed-file even.csv") == film("--frames 1537 --fps 24"));
 
   const auto times = [&](const std::string& curve) {
     write("curve.csv", curve);
