@@ -1,10 +1,13 @@
 #include "t4d/formats/triangle/obj_writer.h"
 
+#include <algorithm>
+#include <cmath>
 #include <iterator>
 
 #include <fmt/format.h>
 
 #include "t4d/formats/triangle/written_mesh.h"
+#include "t4d/model/corner_attributes.h"
 
 namespace t4d::formats {
 namespace {
@@ -15,6 +18,50 @@ std::string onOneLine(std::string name) {
     if (c == '\n' || c == '\r') c = ' ';
   }
   return name;
+}
+
+/// Whether an attribute has the texture coordinates of all vertices, or of all corners.
+bool isUv(const model::Attribute& attribute, const model::TriangleMesh& mesh) {
+  const bool ofCorners = attribute.name == "uv" + std::string(model::kCornersOf);
+  const bool isNamed = ofCorners
+                           ? attribute.domain == model::Domain::Cell
+                           : attribute.name == "uv" && attribute.domain == model::Domain::Vertex;
+  if (!isNamed || attribute.components != (ofCorners ? 6 : 2) || !fits(attribute, mesh)) {
+    return false;
+  }
+  for (std::size_t row = 0; row < attribute.rows(); ++row) {
+    for (std::uint32_t i = 0; i < attribute.components; ++i) {
+      if (!std::isfinite(attributeNumber(attribute, row, i))) return false;
+    }
+  }
+  return true;
+}
+
+/// The texture coordinates of a mesh; null if it has none.
+const model::Attribute* uvOf(const model::TriangleMesh& mesh) {
+  const auto found = std::ranges::find_if(
+      mesh.attributes, [&](const model::Attribute& attribute) { return isUv(attribute, mesh); });
+  return found == mesh.attributes.end() ? nullptr : &*found;
+}
+
+/// The number of the texture coordinates of a corner, from 0.
+std::uint64_t uvNumber(const model::Attribute& uv, const model::TriangleMesh& mesh,
+                       std::size_t triangle, std::size_t corner) {
+  return uv.domain == model::Domain::Vertex ? mesh.triangles[triangle][corner]
+                                            : 3 * triangle + corner;
+}
+
+/// What the format has no room for.
+std::vector<std::string> attributesLost(std::span<const NamedMesh> meshes) {
+  std::vector<std::string> lost;
+  for (const NamedMesh& named : meshes) {
+    const model::Attribute* uv = uvOf(named.mesh);
+    for (const model::Attribute& attribute : named.mesh.attributes) {
+      if (&attribute == uv) continue;
+      addOnce(lost, lostLine(attribute, "OBJ has no attributes but texture coordinates"));
+    }
+  }
+  return lost;
 }
 
 }  // namespace
@@ -31,6 +78,7 @@ Result<std::vector<std::string>> writeObj(OutputFile& file, std::span<const Name
     return done;
   };
   std::uint64_t first = 1;
+  std::uint64_t firstUv = 1;
   std::uint64_t firstNormal = 1;
   for (const NamedMesh& named : meshes) {
     fmt::format_to(std::back_inserter(text), "o {}\n", onOneLine(named.name));
@@ -47,6 +95,18 @@ Result<std::vector<std::string>> writeObj(OutputFile& file, std::span<const Name
                      color);
       if (auto done = flush(); !done) return done.error();
     }
+    const model::Attribute* uv = options.attributes ? uvOf(named.mesh) : nullptr;
+    const std::uint64_t uvCount = uv == nullptr ? 0 : uv->rows() * uv->components / 2;
+    for (std::uint64_t i = 0; i < uvCount; ++i) {
+      const std::uint64_t perRow = uv->components / 2;
+      const auto number = [&](std::uint64_t k) {
+        const double value = attributeNumber(*uv, i / perRow, 2 * (i % perRow) + k);
+        return uv->type == model::ScalarType::Float32 ? fmt::format("{}", static_cast<float>(value))
+                                                      : fmt::format("{}", value);
+      };
+      fmt::format_to(std::back_inserter(text), "vt {} {}\n", number(0), number(1));
+      if (auto done = flush(); !done) return done.error();
+    }
     VerticesWithNormals normals;
     if (options.normals) normals = withNormals(named.mesh, *options.normals);
     for (const Eigen::Vector3f& normal : normals.normals) {
@@ -57,19 +117,24 @@ Result<std::vector<std::string>> writeObj(OutputFile& file, std::span<const Name
       text += "f";
       for (int corner = 0; corner < 3; ++corner) {
         fmt::format_to(std::back_inserter(text), " {}", first + named.mesh.triangles[i][corner]);
+        if (uv != nullptr) {
+          fmt::format_to(std::back_inserter(text), "/{}",
+                         firstUv + uvNumber(*uv, named.mesh, i, static_cast<std::size_t>(corner)));
+        }
         if (!options.normals) continue;
-        fmt::format_to(std::back_inserter(text), "//{}",
+        fmt::format_to(std::back_inserter(text), "{}{}", uv != nullptr ? "/" : "//",
                        firstNormal + normals.triangles[i][corner]);
       }
       text += "\n";
       if (auto done = flush(); !done) return done.error();
     }
+    firstUv += uvCount;
     firstNormal += normals.normals.size();
     first += named.mesh.vertices.size();
   }
   if (auto done = flush(); !done) return done.error();
   std::vector<std::string> lost;
-  if (options.attributes) lost = allAttributesLost(meshes, "OBJ has no room for attributes");
+  if (options.attributes) lost = attributesLost(meshes);
   if (hasColors(meshes, model::Domain::Cell, model::Domain::Vertex)) {
     lost.emplace_back("colours of triangles: OBJ has colours of vertices only");
   }

@@ -100,7 +100,7 @@ struct MeshWriteOptions {
 /// Writes a file by its extension, replacing one that exists:
 /// * .stl: binary, float32; several meshes become one;
 /// * .obj: text, each coordinate the shortest decimal that reads back the same, an `o` group for
-///   each mesh;
+///   each mesh; texture coordinates, if attributes are asked for: `uv` of vertices or corners;
 /// * .ply: binary little-endian, float64; several meshes become one; attributes, if asked for, as
 ///   properties of the vertices and faces;
 /// * .vtp: VTK polygonal data, float64; several meshes become one, with the cell data `body` and

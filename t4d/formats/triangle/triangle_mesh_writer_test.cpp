@@ -54,6 +54,40 @@ TEST(TriangleMeshWriter, StlRoundsToFloat32AndKeepsTheSurface) {
   }
 }
 
+TEST(TriangleMeshWriter, ObjKeepsTextureCoordinatesOfCornersAndVertices) {
+  std::vector<NamedMesh> two{tetrahedron(1, "corners"), tetrahedron(2, "vertices")};
+  std::vector<float> ofCorners;
+  for (int i = 0; i < 24; ++i) ofCorners.push_back(static_cast<float>(i) / 7);
+  const std::vector<float> ofVertices = {0.1F, 0.2F, 0.3F, 0.4F, 0.5F, 0.6F, 0.7F, 0.8F};
+  auto corners = model::makeAttribute("uv:corners", model::Domain::Cell, ofCorners);
+  corners.components = 6;
+  two[0].mesh.attributes = {corners};
+  auto vertices = model::makeAttribute("uv", model::Domain::Vertex, ofVertices);
+  vertices.components = 2;
+  two[1].mesh.attributes = {
+      vertices, model::makeAttribute("heat", model::Domain::Vertex, std::vector<float>(4))};
+  std::vector<float> expected = ofCorners;
+  for (const model::Triangle& triangle : two[1].mesh.triangles) {
+    for (const std::uint32_t i : triangle) {
+      expected.insert(expected.end(), {ofVertices[2 * i], ofVertices[2 * i + 1]});
+    }
+  }
+  auto both = model::makeAttribute("uv:corners", model::Domain::Cell, expected);
+  both.components = 6;
+  for (const auto& normals : {std::optional<NormalStyle>(), std::optional(NormalStyle{})}) {
+    const auto path = temporaryPath("uv.obj");
+    const auto lost = writeTriangleMeshes(path, two, {.attributes = true, .normals = normals});
+    ASSERT_TRUE(lost) << lost.error().text();
+    EXPECT_EQ(*lost, std::vector<std::string>{"vertex attribute 'heat': OBJ has no attributes but "
+                                              "texture coordinates"});
+    const auto loaded = readTriangleMesh(path, Keep::Attributes);
+    ASSERT_TRUE(loaded) << loaded.error().text();
+    EXPECT_EQ(loaded->mesh.attributes, std::vector{both});
+    ASSERT_TRUE(writeTriangleMeshes(path, two, {.normals = normals}));
+    EXPECT_EQ(system::contents(path).find("vt "), std::string::npos);
+  }
+}
+
 TEST(TriangleMeshWriter, JoinsSeveralMeshes) {
   const std::vector<NamedMesh> two{tetrahedron(1, "one"), tetrahedron(2, "two\nlines")};
   const double volume = model::signedVolume(two[0].mesh) + model::signedVolume(two[1].mesh);
