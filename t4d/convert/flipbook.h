@@ -5,6 +5,7 @@
 
 #include "t4d/convert/frame_slices.h"
 #include "t4d/formats/gltf/gltf_writer.h"
+#include "t4d/model/attribute_meaning.h"
 #include "t4d/model/body.h"
 
 namespace t4d::convert {
@@ -15,6 +16,7 @@ struct FlipbookOptions {
   formats::MeshWriteOptions write = {};
   Paint paint = {};
   std::optional<FrameVelocity> velocity = {};
+  model::AttributeMeanings meanings = {};  ///< of attributes of bodies that move or morph
 };
 
 /// The first check of every kind of flipbook. Fails if checkFrameTimes does, and for a rate that is

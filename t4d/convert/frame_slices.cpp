@@ -73,13 +73,13 @@ class BodySlicer {
   slice::LightSlicer light_;
 };
 
-void addNew(const std::vector<std::string>& lines, std::vector<std::string>& to) {
+}  // namespace
+
+void addNewLines(std::span<const std::string> lines, std::vector<std::string>& to) {
   for (const std::string& line : lines) {
     if (std::ranges::find(to, line) == to.end()) to.push_back(line);
   }
 }
-
-}  // namespace
 
 void dropAttributes(const FrameSlicing& slicing, model::TriangleMesh& mesh) {
   if (!slicing.velocity) return;
@@ -167,7 +167,7 @@ Result<FrameSlicesReport> forEachFrame(std::span<const model::Body> bodies,
       report.notices.push_back(fmt::format(
           "body '{}' has exact slices, because a slab does not consist of prisms: {}", body, why));
     }
-    addNew(frame.losses, report.losses);
+    addNewLines(frame.losses, report.losses);
     ++report.frames;
     if (progress) progress(static_cast<double>(report.frames) / static_cast<double>(times.size()));
     return true;

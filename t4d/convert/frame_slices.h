@@ -44,6 +44,9 @@ struct FrameSlicing {
 /// the writer does that.
 void dropAttributes(const FrameSlicing& slicing, model::TriangleMesh& mesh);
 
+/// Appends the lines that are not there yet.
+void addNewLines(std::span<const std::string> lines, std::vector<std::string>& to);
+
 struct FrameSlicesReport {
   std::uint64_t frames = 0;
   std::uint64_t triangles = 0;  ///< in all frames together

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "t4d/convert/first_looks.h"
 #include "t4d/convert/prism_steps.h"
 #include "t4d/convert/shown_times.h"
 #include "t4d/formats/gltf/gltf_morph_writer.h"
@@ -25,19 +26,20 @@ class MorphSink : public PrismSteps {
  public:
   /// `seconds` after `span.begin` the span ends; of USD, time codes.
   MorphSink(const model::Body& body, const model::TimeSpan& span, double seconds,
-            std::vector<std::pair<double, bool>> shown, const Paint& paint,
+            std::vector<std::pair<double, bool>> shown, const FlipbookOptions& options,
             formats::ShapesWriter& writer)
       : body_(body),
         span_(span),
         seconds_(seconds),
         shown_(std::move(shown)),
-        paint_(paint),
+        options_(options),
         writer_(writer) {
     shape_.name = body.name;
   }
 
   double distance() const { return distance_; }
   std::uint64_t triangleCount() const { return shape_.mesh.triangles.size(); }
+  const std::vector<std::string>& losses() const { return losses_; }
 
  private:
   Result<void> step(const Slab& slab) override {
@@ -48,22 +50,14 @@ class MorphSink : public PrismSteps {
       number(slab.lowerLayer().size());
       const double time = std::max(slab.timeBegin, span_.begin);
       place(slab, time);
-      if (auto done = paint(time); !done) return done;
+      auto lost = addFirstLooks(body_, span_, options_, shape_);
+      if (!lost) return lost.error();
+      losses_ = std::move(*lost);
       if (auto done = writer_.addBody(shape_, secondsAt(time), shown_); !done) return done;
     }
     const double time = std::min(slab.timeEnd, span_.end);
     place(slab, time);
     return writer_.addShape(shape_, secondsAt(time));
-  }
-
-  /// With the attributes of the light slice, which has the same vertices and triangles.
-  Result<void> paint(double time) {
-    if (!paint_) return {};
-    auto light = slice::LightSlicer(*body_.source).at(time);
-    if (!light) return light.error();
-    shape_.mesh.attributes = std::move(light->slice.mesh.attributes);
-    paint_(shape_, time);
-    return {};
   }
 
   double secondsAt(double time) const {
@@ -104,9 +98,10 @@ class MorphSink : public PrismSteps {
   model::TimeSpan span_;
   double seconds_;
   std::vector<std::pair<double, bool>> shown_;
-  const Paint& paint_;
+  const FlipbookOptions& options_;
   formats::ShapesWriter& writer_;
   std::vector<std::uint32_t> used_;
+  std::vector<std::string> losses_;
   bool begun_ = false;
   double distance_ = 0;
 };
@@ -148,7 +143,7 @@ Result<FrameSlicesReport> writeMorphFlipbook(std::span<const model::Body> bodies
     auto shown = shownTimes(body, times, perSecond);
     if (shown.size() == 1 && !shown.front().second) continue;
     if (shown.size() == 1) shown.clear();
-    MorphSink sink(body, span, (count - 1) / perSecond, std::move(shown), options.paint, **writer);
+    MorphSink sink(body, span, (count - 1) / perSecond, std::move(shown), options, **writer);
     const auto number = static_cast<std::uint64_t>(&body - bodies.data());
     const model::Progress progressOfBody = model::eachOf(progress, number, bodies.size());
     if (auto done = model::pump(*body.source, sink, progressOfBody); !done) {
@@ -156,10 +151,11 @@ Result<FrameSlicesReport> writeMorphFlipbook(std::span<const model::Body> bodies
     }
     report.distance = std::max(report.distance, sink.distance());
     report.triangles += sink.triangleCount();
+    addNewLines(sink.losses(), report.losses);
   }
   auto lost = (*writer)->finish(count / perSecond);
   if (!lost) return lost.error();
-  report.losses = std::move(*lost);
+  addNewLines(*lost, report.losses);
   report.files = {path};
   return report;
 }

@@ -15,9 +15,9 @@ namespace t4d::convert {
 /// the flipbook shows the light slice at every moment, not only at frames, in float32.
 ///
 /// A body must consist of prisms of the same triangles, without a gap in time, as a sweep of any
-/// motion or deformation does. `options.detail` and attributes are not used, and colours are those
-/// of the first time. Fails if writeFlipbook does, and for any other body, with the time and the
-/// reason.
+/// motion or deformation does. `options.detail` is not used, and colours and attributes are those
+/// of the first time (addFirstLooks). Fails if writeFlipbook does, and for any other body, with the
+/// time and the reason.
 Result<FrameSlicesReport> writeMorphFlipbook(std::span<const model::Body> bodies,
                                              std::span<const double> times,
                                              const std::filesystem::path& path,

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "t4d/convert/first_looks.h"
 #include "t4d/convert/prism_steps.h"
 #include "t4d/convert/shown_times.h"
 #include "t4d/formats/gltf/gltf_rigid_writer.h"
@@ -142,22 +143,6 @@ formats::RigidBody rigidBody(const model::Body& body, RigidMotion motion,
   return made;
 }
 
-/// With the attributes of its first slice.
-Result<void> paint(const model::Body& body, const model::TimeSpan& span, const Paint& with,
-                   formats::NamedMesh& named) {
-  const model::TimeSpan own = model::timeSpanOf({&body, 1});
-  auto light = slice::LightSlicer(*body.source).at(std::clamp(span.begin, own.begin, own.end));
-  if (!light) return light.error();
-  const model::TriangleMesh& mesh = light->slice.mesh;
-  // A vertex that no triangle has is in the solid only.
-  if (mesh.triangles == named.mesh.triangles &&
-      mesh.vertices.size() == named.mesh.vertices.size()) {
-    named.mesh.attributes = mesh.attributes;
-  }
-  with(named, span.begin);
-  return {};
-}
-
 Result<std::vector<std::string>> writeUsd(const std::filesystem::path& path,
                                           std::span<const formats::RigidBody> bodies, double end,
                                           const FlipbookOptions& options) {
@@ -207,16 +192,16 @@ Result<FrameSlicesReport> writeRigidFlipbook(std::span<const model::Body> bodies
     made.push_back(rigidBody(body, std::move(*motion), span, moving));
     formats::RigidBody& last = made.back();
     report.triangles += last.mesh.mesh.triangles.size();
-    if (options.paint) {
-      if (auto done = paint(body, span, options.paint, last.mesh); !done) return done.error();
-    }
+    const auto looksLost = addFirstLooks(body, span, options, last.mesh);
+    if (!looksLost) return looksLost.error();
+    addNewLines(*looksLost, report.losses);
     last.shown = shownTimes(body, times, perSecond);
     if (last.shown.size() == 1 && last.shown.front().second) last.shown.clear();
   }
   auto lost = isUsd ? writeUsd(path, made, seconds, options)
                     : formats::writeRigidAnimation(path, made, seconds, options.write);
   if (!lost) return lost.error();
-  report.losses = std::move(*lost);
+  addNewLines(*lost, report.losses);
   report.files = {path};
   return report;
 }

@@ -36,8 +36,9 @@ Result<RigidMotion> rigidMotionOf(const model::Source& source,
 
 /// Writes a flipbook with one mesh per body, moved by poses. The file is small, and plays smoothly.
 /// `times` determines only the first and last time to show and how long it plays: as long as
-/// writeFlipbook with these frames. `options.detail` and attributes are not used, and colours are
-/// those of the first time. Fails if writeFlipbook does, and if a body is not rigid.
+/// writeFlipbook with these frames. `options.detail` is not used, and colours and attributes are
+/// those of the first time (addFirstLooks). Fails if writeFlipbook does, and if a body is not
+/// rigid.
 Result<FrameSlicesReport> writeRigidFlipbook(std::span<const model::Body> bodies,
                                              std::span<const double> times,
                                              const std::filesystem::path& path,

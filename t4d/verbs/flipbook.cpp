@@ -26,8 +26,8 @@ Result<void> checkFlipbookOptions(const FlipbookOptions& options) {
       !isUsd && !formats::isGltf(options.output) ? "a flipbook is a .glb, .gltf, .usda or .usdz"
       : !byFrames && (write.color == "time" || write.isColoredBySpeed())
           ? "a body that is moved or morphed has one colour"
-      : !byFrames && (options.exact || write.attributes || write.velocity || options.visibility)
-          ? "exact slices, attributes, velocities and visibilities are those of frames"
+      : !byFrames && (options.exact || write.velocity || options.visibility)
+          ? "exact slices, velocities and visibilities are those of frames"
       : options.kind == FlipbookKind::Rigid && write.quantizeBits
           ? "bodies that are moved by poses have float32 coordinates"
       : options.kind == FlipbookKind::Morph && write.quantizeBits > 15
@@ -117,6 +117,7 @@ Result<FlipbookReport> flipbook(const Input& input, const FlipbookOptions& optio
   how.write.gltf.visibility = options.visibility;
   how.velocity = looks->velocity;
   how.paint = looks->painting.paint;
+  how.meanings = input.metadata.attributes;
   auto written = writeFrames(input, options, times, how, observer);
   if (!written) return written.error();
   const std::vector<std::filesystem::path>& files = written->files;

@@ -31,8 +31,9 @@ struct FlipbookOptions {
   std::optional<double> seconds = {};
   FlipbookKind kind = FlipbookKind::Frames;
   bool exact = false;  ///< of frames: as slice::SliceDetail::Exact, not Light
-  /// Velocities are per second of playback. A flipbook without frames has one colour per body, no
-  /// attributes and no velocities; shapes have at most 15 bits per coordinate, poses float32.
+  /// Velocities are per second of playback. A flipbook without frames has one colour per body, the
+  /// attributes of the first time, and no velocities; shapes have at most 15 bits per coordinate,
+  /// poses float32.
   SliceWriteOptions write = {};
   bool visibility = false;  ///< of frames in glTF: as formats::GltfEncoding::visibility
 };

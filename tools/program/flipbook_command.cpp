@@ -155,8 +155,6 @@ void addFlipbook(CLI::App& app, int& exitCode) {
                  "Show frames with KHR_node_visibility, not scales (not for Blender, three.js)")
       ->excludes(rigid)
       ->excludes(morph);
-  rigid->excludes("--attributes");
-  morph->excludes("--attributes");
   addCenterOption(*command, flipbook.write.center);
   command->add_flag("--json", options->json, "Print JSON");
   command->footer(

@@ -14,10 +14,8 @@ Result<GltfBuilder> animationBuilder(const std::filesystem::path& path,
                 path.string());
   }
   const bool binary = lowerCaseExtension(path) == ".glb";
-  MeshWriteOptions how = options;
-  how.attributes = false;
   auto builder =
-      GltfBuilder::create(binary ? GltfBuilder::Form::Binary : GltfBuilder::Form::Text, how);
+      GltfBuilder::create(binary ? GltfBuilder::Form::Binary : GltfBuilder::Form::Text, options);
   if (!builder) return inFile(path, builder.error());
   return builder;
 }

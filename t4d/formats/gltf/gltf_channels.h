@@ -10,7 +10,7 @@
 
 namespace t4d::formats {
 
-/// A document for meshes that one animation moves, without attributes. Fails for a path that is not
+/// A document for meshes that one animation moves. Fails for a path that is not
 /// that of a glTF.
 Result<GltfBuilder> animationBuilder(const std::filesystem::path& path,
                                      const MeshWriteOptions& options);

@@ -17,7 +17,7 @@ namespace t4d::formats {
 /// changes its shape and keeps its triangles. The first shape is the mesh, each later one a morph
 /// target of it, and a channel of weights goes from one to the next: at a key one weight is 1 and
 /// all others are 0, and between two keys every vertex moves straight, at a constant speed. Shapes
-/// are kept in memory, as float32, until `finish`. Attributes are not written.
+/// are kept in memory, as float32, until `finish`. Attributes are those of the first shape.
 class MorphWriter : public ShapesWriter {
  public:
   /// Fails on another extension, and as writeTriangleMeshes.

@@ -30,8 +30,7 @@ struct RigidBody {
 
 /// Writes one animated glTF 2.0 file, .glb or .gltf, with a node and a mesh for each body, moved by
 /// channels of rotation and translation; it plays for `seconds`. Fails on another extension, a body
-/// without keys, and as writeTriangleMeshes; returns what was lost as that does. Attributes are not
-/// written.
+/// without keys, and as writeTriangleMeshes; returns what was lost as that does.
 Result<std::vector<std::string>> writeRigidAnimation(const std::filesystem::path& path,
                                                      std::span<const RigidBody> bodies,
                                                      double seconds,

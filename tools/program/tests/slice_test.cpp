@@ -93,6 +93,22 @@ TEST_F(Program, TextureCoordinatesOfCornersComeOutOfLightSlices) {
   EXPECT_THAT(bytes("a.ply"), testing::HasSubstr("property float uv_corners_5"));
   EXPECT_THAT(bytes("a.glb"), testing::HasSubstr("TEXCOORD_0"));
   EXPECT_EQ(bytes("a.glb"), bytes("b.glb"));
+  // .obj has them, too, and so have bodies that move or morph: all but the vertices is the same.
+  const auto facesOf = [&](const std::string& mesh) {
+    EXPECT_EQ(run("slice " + mesh + ".t4d --time 0.5 --light --attributes -o s.obj").exitCode, 3);
+    std::string all;
+    std::ifstream file(folder_ / "s.obj");
+    for (std::string line; std::getline(file, line);) {
+      if (!line.starts_with("v ")) all += line + "\n";
+    }
+    return all;
+  };
+  EXPECT_THAT(facesOf("a"), testing::HasSubstr("vt 0.25 0.5\n"));
+  for (const std::string kind : {"rigid", "morph"}) {
+    EXPECT_EQ(run("flipbook a.t4d -n 2 --attributes -o book.glb --" + kind).exitCode, 3);
+    EXPECT_EQ(run("sweep book.glb -m fx/rest.json --body cube -o " + kind + ".t4d").exitCode, 3);
+    EXPECT_EQ(facesOf(kind), facesOf("a")) << kind;
+  }
 }
 
 TEST_F(Program, NormalsAndColoursAreWrittenOnDemand) {
