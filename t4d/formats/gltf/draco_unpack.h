@@ -1,8 +1,8 @@
 #pragma once
 
-#include <compare>
 #include <cstdint>
 #include <span>
+#include <tuple>
 #include <vector>
 
 #include "t4d/model/error.h"
@@ -15,7 +15,10 @@ struct DracoAttribute {
   int componentType = 0;
   std::uint64_t components = 0;
 
-  auto operator<=>(const DracoAttribute&) const = default;
+  friend bool operator<(const DracoAttribute& a, const DracoAttribute& b) {
+    return std::tie(a.id, a.componentType, a.components) <
+           std::tie(b.id, b.componentType, b.components);
+  }
 };
 
 /// A mesh that Draco has compressed, and what to take of it.
