@@ -7,7 +7,7 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/t4dConfigVersion.cmake
   COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/t4dConfig.cmake ${PROJECT_BINARY_DIR}/t4dConfigVersion.cmake
   cmake/components.cmake cmake/FindTetGen.cmake cmake/FindISAL.cmake cmake/FindLibMd.cmake cmake/FindLibDeflate.cmake
-  cmake/FindLZ4.cmake cmake/FindAssimp.cmake cmake/T4dOpenVDB.cmake
+  cmake/FindLZ4.cmake cmake/T4dOpenVDB.cmake
   DESTINATION ${T4D_CMAKE_DIR})
 include(cmake/pkgconfig.cmake)
 # Result is tl::expected, a single public-domain header: users need no package for it.

@@ -5,7 +5,7 @@ set(T4D_LINKED
   "EXPAT::EXPAT=-lexpat" "LZ4::LZ4=-llz4"
   "zstd::libzstd_shared=-lzstd"
   "TinyGLTF::TinyGLTF=-ltinygltf" "LibLZMA::LibLZMA=-llzma" "LibMd::LibMd=-lmd"
-  "LibDeflate::LibDeflate=-ldeflate" "CURL::libcurl=-lcurl" "Assimp::Assimp=-lassimp"
+  "LibDeflate::LibDeflate=-ldeflate" "CURL::libcurl=-lcurl"
   "meshoptimizer::meshoptimizer=-lmeshoptimizer" "draco::draco=-ldraco" "TetGen::TetGen=-ltet"
   "CGAL::CGAL=-lmpfr -lgmp")
 if(IS_ABSOLUTE ${CMAKE_INSTALL_LIBDIR} OR IS_ABSOLUTE ${CMAKE_INSTALL_INCLUDEDIR})

@@ -107,42 +107,4 @@ Result<void> ZipEntryWriter::end() {
   return file_.rewrite(0, head.data(), head.size());
 }
 
-Result<ZipEntry> firstZipEntry(const InputFile& file) {
-  const std::string_view bytes = file.bytes;
-  const auto number16 = [&](std::size_t at) { return loadNumber<std::uint16_t>(&bytes[at]); };
-  const auto number32 = [&](std::size_t at) { return loadNumber<std::uint32_t>(&bytes[at]); };
-  const auto damaged = [&](const char* what, std::size_t at) {
-    return invalid(what, file.atByte(at));
-  };
-  // The last record of an archive, behind which there may be a comment.
-  constexpr std::string_view kEndMark("PK\x05\x06", 4);
-  const std::size_t end = bytes.rfind(kEndMark);
-  if (end == bytes.npos || bytes.size() - end < kEndBytes) {
-    return damaged("the file ends without the directory of an archive", bytes.size());
-  }
-  const std::size_t entry = number32(end + 16);
-  if (entry > end || end - entry < kDirectoryBytes || number32(entry) != kDirectoryFile) {
-    return damaged("does not refer to the directory of an archive", end + 16);
-  }
-  const std::uint16_t flags = number16(entry + 8);
-  const std::uint16_t method = number16(entry + 10);
-  const std::size_t size = number32(entry + 24);
-  const std::size_t nameBytes = number16(entry + 28);
-  const std::size_t local = number32(entry + 42);
-  if (nameBytes > end - entry - kDirectoryBytes) return damaged("a name is cut off", entry);
-  if ((flags & 1U) != 0 || method != 0) {
-    return fail(ErrorCode::Unsupported,
-                "a file in a USD package is stored as it is; this one is compressed or encrypted",
-                file.atByte(entry));
-  }
-  if (local > entry || entry - local < kLocalBytes || number32(local) != kLocalFile) {
-    return damaged("does not refer to a file of the archive", entry + 42);
-  }
-  const std::size_t begin = local + kLocalBytes + number16(local + 26) + number16(local + 28);
-  if (begin > entry || size > entry - begin) {
-    return damaged("a file of the archive is cut off", local);
-  }
-  return ZipEntry{bytes.substr(entry + kDirectoryBytes, nameBytes), bytes.substr(begin, size)};
-}
-
 }  // namespace t4d::formats

@@ -4,7 +4,6 @@
 #include <string>
 #include <string_view>
 
-#include "t4d/formats/input_file.h"
 #include "t4d/formats/output_file.h"
 
 /// Zip archives of files that are stored, as USD packages (.usdz) are.
@@ -28,14 +27,5 @@ class ZipEntryWriter {
   std::uint64_t size_ = 0;
   std::uint32_t crc_ = 0;
 };
-
-struct ZipEntry {
-  std::string_view name;
-  std::string_view bytes;
-};
-
-/// The first file of an archive. Fails if the file is not an archive, is damaged there, or is
-/// compressed.
-Result<ZipEntry> firstZipEntry(const InputFile& file);
 
 }  // namespace t4d::formats

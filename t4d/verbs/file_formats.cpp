@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/formats/animation/deformation_reader.h"
-#include "t4d/formats/animation/foreign_scene.h"
 #include "t4d/formats/animation/mesh_steps.h"
 #include "t4d/formats/gltf/gltf_animation.h"
 #include "t4d/formats/mesh4d/mesh4d_formats.h"
@@ -13,7 +12,6 @@
 #include "t4d/formats/t4d/stream.h"
 #include "t4d/formats/toolpath/tool_path.h"
 #include "t4d/formats/triangle/triangle_mesh_formats.h"
-#include "t4d/formats/usd/usd_animation.h"
 #include "t4d/verbs/json_text.h"
 #include "t4d/voxel4d/vdb_frames.h"
 #include "t4d/voxel4d/volumes/volume_frames.h"
@@ -62,7 +60,6 @@ FormatRows rowsOfTriangleMeshes() {
 }  // namespace
 
 std::vector<FormatsOfKind> fileFormats() {
-  const bool foreign = formats::readsForeignScenes();
   return {
       {"4D mesh", joinedRows({formats::t4dFormats(), rowsOfMeshes4d()})},
       {"triangle mesh", rowsOfTriangleMeshes()},
@@ -70,9 +67,7 @@ std::vector<FormatsOfKind> fileFormats() {
       {"tool path", formats::toolPathFormats()},
       {"point cache", formats::pointCacheFormats()},
       {"volumes over time", joinedRows({voxel4d::vdbFormats(), voxel4d::volumeFormats()})},
-      {"solid over time", joinedRows({formats::collectionFormats(), formats::animatedGltfFormats(),
-                                      formats::animatedUsdFormats(),
-                                      foreign ? formats::foreignSceneFormats() : FormatRows()})}};
+      {"solid over time", joinedRows({formats::collectionFormats(), formats::animatedGltfFormats()})}};
 }
 
 std::string jsonOf(std::span<const FormatsOfKind> kinds) {

@@ -52,7 +52,7 @@ struct DeformationSweep {
   formats::KeyTimes times = {};
 };
 
-/// An animated glTF, USD, FBX or COLLADA file: a body for each node.
+/// An animated glTF file: a body for each node.
 struct AnimationSweep {
   std::string file;
   std::string animation = {};            ///< as formats::GltfAnimationOptions

@@ -2,12 +2,10 @@
 
 #include <fmt/format.h>
 
-#include "t4d/formats/animation/foreign_scene.h"
 #include "t4d/formats/animation/mesh_steps.h"
 #include "t4d/formats/gltf/gltf_writer.h"
 #include "t4d/formats/input_file.h"
 #include "t4d/formats/t4d/names.h"
-#include "t4d/formats/usd/usd_animation.h"
 #include "t4d/verbs/mechanism_input.h"
 #include "t4d/verbs/mending.h"
 #include "t4d/verbs/mesh_frames.h"
@@ -86,15 +84,7 @@ Result<SweepInput> readMoving(const AnimationSweep& what, const SweepOptions& op
   auto file = formats::readInputFile(what.file);
   if (!file) return file.error();
   SweepInput input;
-  if (formats::isForeignScene(file->path)) {
-    auto scene = formats::readForeignScene(*file);
-    if (!scene) return scene.error();
-    observer.noteEach(scene->notices);
-    input.losses = std::move(scene->losses);
-    file = std::move(scene->glb);
-  }
-  auto read = formats::isAnimatedUsd(file->path) ? formats::readUsdAnimation(std::move(*file), how)
-                                                 : formats::readGltfAnimation(*file, how);
+  auto read = formats::readGltfAnimation(*file, how);
   if (!read) return read.error();
   observer.noteEach(read->notices);
   for (const auto& body : read->bodies) input.infos.push_back({body.name});
@@ -146,9 +136,7 @@ SweepKind sweepKindOf(std::span<const std::string> files, const std::string& mot
   const std::string& first = files.front();
   if (isMechanism(first)) return SweepKind::Mechanism;
   if (!motion.empty()) return SweepKind::Motion;
-  const bool animated =
-      formats::isGltf(first) || formats::isForeignScene(first) || formats::isAnimatedUsd(first);
-  return animated && files.size() == 1 ? SweepKind::Animation : SweepKind::Deformation;
+  return formats::isGltf(first) && files.size() == 1 ? SweepKind::Animation : SweepKind::Deformation;
 }
 
 const std::string& modelOf(const SweepOptions& options) {

@@ -1,7 +1,9 @@
 #include "t4d/verbs/sweep.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <numbers>
 
 #include <fmt/format.h>
@@ -11,6 +13,7 @@
 
 #include "t4d/fixtures/solids.h"
 #include "t4d/formats/test_files.h"
+#include "t4d/formats/text/base64.h"
 #include "t4d/formats/triangle/triangle_mesh_writer.h"
 #include "t4d/measure/mesh_check.h"
 #include "t4d/slice/slice.h"
@@ -103,26 +106,49 @@ TEST(SweepFiles, KeysOneApartAreNoted) {
 
 /// A cube that turns about its axis in 4 s beside another one of side `other` at rest.
 std::string turningBeside(double other) {
-  const std::string faces =
-      "int[] faceVertexCounts = [4, 4, 4, 4, 4, 4]\n"
-      "int[] faceVertexIndices = [0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 2, 6, 7, 3, 0, 4, 6, 2, 1, 3,"
-      " 7, 5]\nuniform token subdivisionScheme = \"none\"\n";
-  const auto corners = [](double half) {
-    std::string text;
+  std::vector<float> numbers;
+  for (const double half : {0.5, other / 2}) {
     for (int i = 0; i < 8; ++i) {
-      text += fmt::format("{}({}, {}, {})", i == 0 ? "" : ", ", (i & 1) != 0 ? half : -half,
-                          (i & 2) != 0 ? half : -half, (i & 4) != 0 ? half : -half);
+      for (const int bit : {1, 2, 4}) {
+        numbers.push_back(static_cast<float>((i & bit) != 0 ? half : -half));
+      }
     }
-    return "point3f[] points = [" + text + "]\n";
+  }
+  for (int key = 0; key <= 4; ++key) numbers.push_back(static_cast<float>(key));
+  for (int key = 0; key <= 4; ++key) {
+    const double half = key * std::numbers::pi / 4;
+    for (const double number : {0.0, 0.0, std::sin(half), std::cos(half)}) {
+      numbers.push_back(static_cast<float>(number));
+    }
+  }
+  std::vector<std::uint8_t> bytes(4 * numbers.size());
+  std::memcpy(bytes.data(), numbers.data(), bytes.size());
+  constexpr std::array<std::array<std::uint8_t, 4>, 6> kSides = {
+      {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}};
+  for (const auto& [a, b, c, d] : kSides) bytes.insert(bytes.end(), {a, b, c, a, c, d});
+  const auto mesh = [](int positions) {
+    return fmt::format(
+        R"({{"primitives":[{{"attributes":{{"POSITION":{}}},"indices":4}}]}})", positions);
   };
-  return formats::writeFile("turning.usda",
-                            "#usda 1.0\n(\n    metersPerUnit = 1\n    timeCodesPerSecond = 1\n)\n"
-                            "def Mesh \"turning\"\n{\n" +
-                                faces + corners(0.5) +
-                                "float xformOp:rotateZ.timeSamples = { 0: 0, 4: 360 }\n"
-                                "uniform token[] xformOpOrder = [\"xformOp:rotateZ\"]\n}\n"
-                                "def Mesh \"resting\"\n{\n" +
-                                faces + corners(other / 2) + "}\n")
+  const auto accessor = [](int offset, int count, const char* type, int kind = 5126) {
+    return fmt::format(
+        R"({{"bufferView":0,"byteOffset":{},"componentType":{},"count":{},"type":"{}"}})", offset,
+        kind, count, type);
+  };
+  return formats::writeFile(
+             "turning.gltf",
+             fmt::format(
+                 R"({{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0,1]}}],)"
+                 R"("nodes":[{{"name":"turning","mesh":0}},{{"name":"resting","mesh":1}}],)"
+                 R"("meshes":[{},{}],"accessors":[{},{},{},{},{}],)"
+                 R"("animations":[{{"samplers":[{{"input":2,"output":3}}],)"
+                 R"("channels":[{{"sampler":0,"target":{{"node":0,"path":"rotation"}}}}]}}],)"
+                 R"("bufferViews":[{{"buffer":0,"byteLength":{}}}],)"
+                 R"("buffers":[{{"byteLength":{},"uri":"data:application/octet-stream;base64,{}"}}]}})",
+                 mesh(0), mesh(1), accessor(0, 8, "VEC3"), accessor(96, 8, "VEC3"),
+                 accessor(192, 5, "SCALAR"), accessor(212, 5, "VEC4"),
+                 accessor(292, 36, "SCALAR", 5121), bytes.size(), bytes.size(),
+                 formats::base64(bytes)))
       .string();
 }
 

@@ -8,7 +8,7 @@ set(libraries
   "Eigen=Eigen3::Eigen" "TetGen=TetGen::TetGen" "CGAL=CGAL" "oneTBB=TBB::tbb"
   "OpenVDB=OpenVDB::openvdb" "zlib=ZLIB::ZLIB" "ISA-L=ISAL::ISAL"
   "Expat=EXPAT::EXPAT" "tinygltf=TinyGLTF::TinyGLTF" "zstd=zstd::libzstd_shared" "LZ4=LZ4::LZ4"
-  "liblzma=LibLZMA::LibLZMA" "libcurl=CURL::libcurl" "Assimp=Assimp::Assimp"
+  "liblzma=LibLZMA::LibLZMA" "libcurl=CURL::libcurl"
   "meshoptimizer=meshoptimizer::meshoptimizer" "Draco=draco::draco" "libmd=LibMd::LibMd" "libdeflate=LibDeflate::LibDeflate")
 # What all components need, and solids for tests, have no rows.
 set(with_rows ${components})

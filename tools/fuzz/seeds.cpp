@@ -17,7 +17,6 @@
 #include "t4d/formats/motion/motion_reader.h"
 #include "t4d/formats/t4d/writer.h"
 #include "t4d/formats/triangle/triangle_mesh_writer.h"
-#include "t4d/formats/usd/usd_writer.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/voxel4d/sampled_frames.h"
 #include "t4d/voxel4d/vdb_samples.h"
@@ -313,65 +312,6 @@ void writeGltfSeeds(const fs::path& folder) {
         R"(AAAAAAAAAAABAAAAAAAAAAAAAQAAAAAAAAAAAAEAAAAAAQIDAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})");
 }
 
-void writeUsdSeeds(const fs::path& folder) {
-  const std::vector meshes = {formats::NamedMesh{"a", tetrahedron()}};
-  expect(formats::writeTriangleMeshes(folder / "a.usdz", meshes));
-  auto flipbook = expect(formats::UsdWriter::create(folder / "flipbook.usda", 10, 2));
-  expect(flipbook.add(0, meshes));
-  expect(flipbook.add(1, std::vector{formats::NamedMesh{"b", tetrahedron()}}));
-  expect(flipbook.finish());
-  // Every op, comment and kind of value.
-  const std::string text = R"(#usda 1.0
-(
-    "a comment"
-    upAxis = "Z"; metersPerUnit = 0.3
-    timeCodesPerSecond = 10
-    customLayerData = { string a = """x "y" """ }
-)
-class "_c"
-{
-}
-def Scope "looks"
-{
-    def Material "m"
-    {
-        rel r = </looks/m> ; float inputs:x.connect = </y.z>
-    }
-}
-def Xform "arm" (
-    displayName = "an \"arm\""
-    prepend apiSchemas = ["A"]
-)
-{
-    # turns
-    float3 xformOp:rotateZXY.timeSamples = { 0: (0, 0, 0), 9.5: (10, -20, 3e1), }
-    double xformOp:translateX = 2
-    quatf xformOp:orient.timeSamples = { 1: (1, 0, 0, 0), 5: (0, 1, 0, 0) }
-    matrix4d xformOp:transform = ((1, 0, 0, 0), (0, 2, 0, 0), (0, 0, 1, 0), (1, 2, 3, 1))
-    float3 xformOp:scale:a.timeSamples = { 0: (1, 1, 1), 4: (1, 2, 1) }
-    double3 xformOp:translate:pivot = (1, 2, 3)
-    uniform token[] xformOpOrder = ["xformOp:translate:pivot", "xformOp:rotateZXY",
-        "xformOp:translateX", "xformOp:orient", "xformOp:transform", "xformOp:scale:a",
-        "!invert!xformOp:translate:pivot"]
-    token visibility.timeSamples = { 0: "inherited", 7: "invisible", 8: "inherited" }
-    def Mesh "m" (active = true)
-    {
-        uniform token subdivisionScheme = 'none'
-        uniform token orientation = "leftHanded"
-        int[] faceVertexCounts = [4, 3, 3, 3, 3] /* a pyramid */
-        int[] faceVertexIndices.timeSamples = { 0: [0, 1, 2, 3, 1, 0, 4, 2, 1, 4, 3, 2, 4, 0, 3, 4], }
-        point3f[] points = [] ( doc = "replaced" )
-        point3f[] points.timeSamples = {
-            0: [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0.5, 0.5, 1)],
-            8: [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0.5, 0.5, 2)] // higher
-        }
-        asset[] primvars:x = [@a.png@, @@@b@@@]
-    }
-}
-)";
-  write(folder / "scene.usda", text);
-}
-
 void writeVdbSeeds(const fs::path& folder) {
   for (const auto& [name, bytes] : voxel4d::vdbSamples()) write(folder / (name + ".vdb"), bytes);
 }
@@ -409,7 +349,6 @@ int main(int count, char** arguments) {
   fill("mesh", t4d::fuzz::writeMeshSeeds);
   fill("mesh4d", t4d::fuzz::writeMesh4dSeeds);
   fill("gltf", t4d::fuzz::writeGltfSeeds);
-  fill("usd", t4d::fuzz::writeUsdSeeds);
   fill("vdb", t4d::fuzz::writeVdbSeeds);
   fill("volume", t4d::fuzz::writeVolumeSeeds);
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <set>
 #include <string_view>
 #include <vector>
 
@@ -62,12 +63,6 @@ std::string exportHintFor(const std::string& extension) {
     const char* hint;
   };
   static const Row kRows[] = {
-      {{".blend"},
-       "it is a Blender file; in Blender, export it as glTF 2.0 (.glb), or as USD (.usda) if its "
-       "meshes deform"},
-      {{".abc"},
-       "it is an Alembic file; import it in Blender, and export it as USD (.usda), or as a point "
-       "cache (.pc2, .mdd) beside an .obj"},
       {{".step", ".stp", ".iges", ".igs", ".brep", ".fcstd"},
        "it is a CAD model; in FreeCAD, mesh it and export it as .stl, .obj or .ply"},
       {{".3mf", ".amf"}, "a program for 3D printing (a slicer) exports it as .stl"},
@@ -79,18 +74,25 @@ std::string exportHintFor(const std::string& extension) {
   return {};
 }
 
+/// Animations and meshes that libraries of Python and Blender read.
+std::string animationHint(const std::string& path) {
+  const std::string extension = formats::lowerCaseExtension(path);
+  static const std::set<std::string_view> kExtensions = {".fbx", ".dae",  ".abc",  ".blend",
+                                                         ".usd", ".usda", ".usdc", ".usdz"};
+  if (!kExtensions.contains(extension)) return {};
+  return fmt::format("try: t4d-blender {} -o {}, or -o {} for the solid at rest", quoted(path),
+                     freeName(path, "", ".t4d"), freeName(path, "", ".glb"));
+}
+
 /// How to convert a file of one kind to the required kind.
 std::string conversionHint(const std::string& path) {
   const std::string extension = formats::lowerCaseExtension(path);
-  if (std::string hint = exportHintFor(extension); !hint.empty()) return hint;
+  if (std::string hint = exportHint(path); !hint.empty()) return hint;
   if (const std::string kind = pythonInput(path); !kind.empty()) {
     return fmt::format("it is {}; make a 4D mesh of frames: {} {} -o {}", kind, kPythonWeave,
                        quoted(path), freeName(path, "", ".t4d"));
   }
   const auto* format = formats::triangleMeshFormat(path);
-  if (format != nullptr && format->read == nullptr) {  // some begin as 4D meshes do
-    return "such files are written, not read; write .ply, .stl or .obj instead";
-  }
   if (formats::mesh4dFormatOfFile(path) != nullptr) {
     return fmt::format("it is a 4D mesh in another format; convert it first: t4d convert {} {}",
                        quoted(path), freeName(path, "", ".t4d"));
@@ -133,7 +135,8 @@ std::string fileOf(const Error& error) {
 }  // namespace
 
 std::string exportHint(const std::string& path) {
-  return exportHintFor(formats::lowerCaseExtension(path));
+  const std::string hint = animationHint(path);
+  return hint.empty() ? exportHintFor(formats::lowerCaseExtension(path)) : hint;
 }
 
 std::string hintForFile(const std::string& path) {

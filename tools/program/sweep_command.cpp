@@ -8,7 +8,6 @@
 #include "t4d/formats/animation/mesh_steps.h"
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/triangle/triangle_mesh_formats.h"
-#include "t4d/formats/usd/usd_animation.h"
 #include "t4d/verbs/sweep.h"
 #include "tools/program/bodies_option.h"
 #include "tools/program/commands.h"
@@ -96,8 +95,7 @@ std::optional<std::string> misuseOfMotion(const SweepArguments& options, SweepKi
     return "--own-steps and --geometry are for a mechanism (.json or .urdf)";
   }
   const bool namesPart = !options.animation.empty() || !options.scene.empty();
-  const bool isUsd = formats::isAnimatedUsd(options.models.front());
-  if (namesPart && (isUsd || kind != SweepKind::Animation)) {
+  if (namesPart && kind != SweepKind::Animation) {
     return "--animation and --scene are for an animated glTF";
   }
   const bool collected = std::ranges::any_of(
@@ -149,7 +147,7 @@ std::optional<std::string> misuseOfMotion(const SweepArguments& options, SweepKi
            "joint as a table (.csv) with --motion";
   }
   if (options.models.size() < 2 && !collected) {
-    return "--motion is required, but for an animated .glb, .gltf, .fbx or .dae, for a mechanism "
+    return "--motion is required, but for an animated .glb or .gltf, for a mechanism "
            "(.json) and for a solid that is deformed: name meshes of the same triangles, a "
            "collection of them (.pvd), or a "
            "mesh and its point cache (.pc2 or .mdd)";

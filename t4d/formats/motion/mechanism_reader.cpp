@@ -10,7 +10,6 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/formats/animation/foreign_scene.h"
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/gltf/gltf_reader.h"
 #include "t4d/formats/motion/basic_solids.h"
@@ -509,7 +508,7 @@ class MechanismParser {
   void convertSolid(const JsonObject& body, const std::filesystem::path& path,
                     model::TriangleMesh& mesh) const {
     const std::string extension = lowerCaseExtension(path);
-    const bool inMetres = extension == ".glb" || extension == ".gltf" || extension == ".dae";
+    const bool inMetres = extension == ".glb" || extension == ".gltf";
     std::string unit = body.text("unit");
     if (unit.empty()) unit = inMetres && !loaded_.lengthUnit.empty() ? "m" : loaded_.lengthUnit;
     const auto conversion = model::lengthConversion(unit, loaded_.lengthUnit);
@@ -599,13 +598,7 @@ std::vector<std::size_t> parentsFirst(std::span<const std::size_t> parents,
 
 Result<model::TriangleMesh> readSolid(const std::filesystem::path& path, MechanismSolid& solid,
                                       LoadedMechanism& into) {
-  const auto read = [&]() -> Result<LoadedMesh> {
-    if (lowerCaseExtension(path) != ".dae") return readTriangleMesh(path);
-    const auto file = readInputFile(path);
-    if (!file) return file.error();
-    const auto scene = readForeignScene(*file, /*keepAxes=*/true);
-    return scene ? readGltf(scene->glb) : scene.error();
-  }();
+  const auto read = readTriangleMesh(path);
   if (!read) return read.error();
   for (const std::string& notice : read->notices) {
     into.notices.push_back(fmt::format("body '{}': {}", solid.name, notice));

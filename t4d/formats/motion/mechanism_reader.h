@@ -46,8 +46,7 @@ Result<LoadedMechanism> readMechanism(const InputFile& file);
 /// The most bodies of a mechanism, or links of a robot.
 inline constexpr std::size_t kMostLinks = 4096;
 
-/// Reads the mesh of a solid, and collects its notices. COLLADA is read in metres and in its own
-/// axes, as in RViz.
+/// Reads the mesh of a solid, and collects its notices.
 Result<model::TriangleMesh> readSolid(const std::filesystem::path& path, MechanismSolid& solid,
                                       LoadedMechanism& into);
 

@@ -26,11 +26,6 @@ Result<void> checkMeshExtension(const std::filesystem::path& path) {
                 path.string());
   }
   const std::string extension = path.extension().string();
-  if (lowerCaseExtension(path) == ".usdc" || lowerCaseExtension(path) == ".usd") {
-    return fail(ErrorCode::Unsupported,
-                "of USD, text is read; `usdcat --flatten IN.usdc -o OUT.usda` converts a file",
-                path.string());
-  }
   return fail(
       ErrorCode::Unsupported,
       fmt::format("{} is not the extension of a triangle mesh: {}",

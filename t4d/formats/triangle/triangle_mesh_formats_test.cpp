@@ -2,7 +2,6 @@
 
 #include <set>
 
-#include "t4d/formats/animation/foreign_scene.h"
 #include "t4d/formats/test_files.h"
 
 namespace t4d::formats {
@@ -23,9 +22,7 @@ TEST(TriangleMeshFormats, AreFoundByExtensionWhateverItsCase) {
 
 TEST(TriangleMeshFormats, AreListedByWhatCanBeDoneWithThem) {
   EXPECT_EQ(readableTriangleMeshExtensions(),
-            readsForeignScenes()
-                ? ".stl, .obj, .ply, .off, .vtp, .vtu, .gltf, .glb, .usda, .usdz, .fbx or .dae"
-                : ".stl, .obj, .ply, .off, .vtp, .vtu, .gltf, .glb, .usda or .usdz");
+            ".stl, .obj, .ply, .off, .vtp, .vtu, .gltf or .glb");
   EXPECT_EQ(writableTriangleMeshExtensions(),
             ".stl, .obj, .ply, .off, .vtp, .gltf, .glb, .usda or .usdz");
 }

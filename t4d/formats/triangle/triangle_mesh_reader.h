@@ -41,7 +41,7 @@ struct LoadedMesh {
   /// What was changed while reading, a sentence each: dropped triangles, unused vertices, ...; of
   /// attributes that are kept, what had to be filled in, and what was left out.
   std::vector<std::string> notices;
-  /// What the file holds and the mesh does not, a sentence each. Only glTF, USD and VTK files have
+  /// What the file holds and the mesh does not, a sentence each. Only glTF and VTK files have
   /// losses; what the other formats say of the look of a surface (normals, texture coordinates,
   /// colours, materials) is skipped without one.
   std::vector<std::string> losses = {};
@@ -52,8 +52,7 @@ struct LoadedMesh {
 };
 
 /// Reads .stl (text or binary), .obj, .ply (text or binary, faces and triangle strips), .off, .vtp,
-/// .vtu (a surface, or the boundary of volume cells), .gltf, .glb, .usda, .usdz, .fbx or .dae, by
-/// the extension.
+/// .vtu (a surface, or the boundary of volume cells), .gltf or .glb, by the extension.
 ///
 /// Coordinates are the doubles nearest to the numbers in the file, in its own units and axes (glTF:
 /// the default scene in metres, y up, with its node transforms, at rest). Vertices with equal

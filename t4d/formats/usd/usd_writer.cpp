@@ -9,7 +9,6 @@
 
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/triangle/written_mesh.h"
-#include "t4d/formats/usd/usd_animation.h"
 #include "t4d/formats/usd/usd_stage.h"
 #include "t4d/system/replaceable.h"
 
@@ -57,7 +56,10 @@ Result<std::vector<std::string>> writeUsdMeshes(UsdForm form, OutputFile& file,
 
 }  // namespace
 
-bool isUsd(const std::filesystem::path& path) { return isOneOf(animatedUsdFormats(), path); }
+bool isUsd(const std::filesystem::path& path) {
+  const std::string extension = lowerCaseExtension(path);
+  return extension == ".usda" || extension == ".usdz";
+}
 
 Result<std::vector<std::string>> writeUsdText(OutputFile& file, std::span<const NamedMesh> meshes,
                                               const MeshWriteOptions& options) {

@@ -125,13 +125,9 @@ class Attack:
                        "-o", seeds / "paged.t4d")
         self.make_seed("voxelize", seeds / "cube.obj", "-m", motion, "--voxel-size", 4, "--frames",
                        2, "-o", seeds / "frames")
-        for extension in ("stl", "ply", "glb", "gltf", "obj", "vtp", "usda", "usdz"):
+        for extension in ("stl", "ply", "glb", "gltf", "obj", "vtp"):
             self.make_seed("slice", seeds / "mesh.t4d", "-t", 0, "-o", seeds / f"slice.{extension}")
         self.make_seed("frames", seeds / "mesh.t4d", "-n", 3, "--light", "-o", seeds / "vtp/a_%d.vtp")
-        for name, option in (("points", []), ("poses", ["--rigid"]), ("shapes", ["--morph"])):
-            self.make_seed("flipbook", seeds / "mesh.t4d", "-n", 3, *option, "-o",
-                           seeds / f"{name}.usda")
-        self.make_seed("flipbook", seeds / "mesh.t4d", "-n", 3, "-o", seeds / "points.usdz")
         (seeds / "cells.vtu").write_text(cells_of_cube())
         binary = {"vtu": "vtu", "msh": "gmshb", "meshb": "meditb", "g4b": "g4b"}
         for extension, form in binary.items():
@@ -142,11 +138,8 @@ class Attack:
             "obj": sorted(seeds.glob("*.obj")),
             "real": [path for path in sorted((ROOT.parent / "shared/meshes").glob("*.obj"))
                      if path.stat().st_size < 300_000 and self.is_swept(path)],
-            "mesh": [seeds / f"slice.{e}" for e in ("stl", "ply", "glb", "gltf", "obj", "vtp", "usda",
-                                                      "usdz")]
+            "mesh": [seeds / f"slice.{e}" for e in ("stl", "ply", "glb", "gltf", "obj", "vtp")]
                     + [seeds / "cells.vtu"],
-            "usd": [seeds / name for name in ("points.usda", "poses.usda", "shapes.usda",
-                                              "points.usdz")],
             "mesh4d": [seeds / f"mesh4d.{e}" for e in binary],
             "motion": sorted(p for p in seeds.glob("*.json") if "bodies" not in p.read_text()),
             "t4d": [seeds / f"{name}.t4d" for name in ("mesh", "plain", "voxel")],
@@ -245,8 +238,6 @@ class Attack:
             ["sweep", cube, seeds / "cache.pc2", "-o", "OUT.t4d"],
             ["sweep", cube, seeds / "cache.mdd", "-o", "OUT.t4d"],
             ["sweep", seeds / "animated.glb", "-o", "OUT.t4d"],
-            ["sweep", seeds / "points.usda", "-o", "OUT.t4d"],
-            ["sweep", seeds / "points.usdz", "-o", "OUT.t4d"],
             ["flipbook", mesh, "-n", 2, "-o", "OUT.usda"],
             ["voxelize", cube, "-m", motion, "--voxel-size", 5, "--frames", 2, "-o", "OUT"],
             ["mend", cube, "-o", "OUT.obj"],

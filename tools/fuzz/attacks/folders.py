@@ -16,8 +16,7 @@ def files(attack):
     verb = rng.choice(["info", "validate", "slice", "flipbook", "recover", "rasterize",
                        "compare", "sweep", "motion", "cache", "weave", "series", "output"])
     extension = rng.choice({
-        "sweep": ["obj", "stl", "ply", "off", "gltf", "glb", "vtp", "vtu", "pvd", "usda", "usdz",
-                  "usdc", "nc", "t4d"],
+        "sweep": ["obj", "stl", "ply", "off", "gltf", "glb", "vtp", "vtu", "pvd", "nc", "t4d"],
         "motion": ["json", "csv", "nc", "gcode", "cl", "t4d"],
         "cache": ["pc2", "mdd"],
         "weave": ["vdb", "nrrd", "nhdr", "npy", "raw", "nii", "nii.gz", "hdr", "vtp", "pvd",

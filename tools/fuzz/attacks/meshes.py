@@ -73,20 +73,6 @@ def texts(attack):
                output)
 
 
-@input_class(weight=2)
-def usd(attack):
-    """USD text and packages, of points and of poses, with a number replaced, flipped bits, cuts,
-    overwritten, doubled or missing parts"""
-    source = attack.pick("usd")
-    name = "scene" + source.suffix
-    if source.suffix == ".usda" and attack.rng.random() < 0.6:
-        scene = attack.altered_text(source, name)
-    else:
-        scene, _ = attack.altered(source, name)
-    output = attack.path("out.t4d")
-    return Run(["sweep", scene, "--tolerance", 1, "-o", output], [scene], output)
-
-
 @input_class(weight=1)
 def collections(attack):
     """.pvd, the text of a .vtu, or a .vtp that one lists, with a number replaced or bits flipped,
