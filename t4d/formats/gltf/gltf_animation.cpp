@@ -14,6 +14,7 @@
 #include "t4d/formats/gltf/gltf_geometry.h"
 #include "t4d/formats/gltf/gltf_hierarchy.h"
 #include "t4d/formats/gltf/gltf_instances.h"
+#include "t4d/formats/gltf/gltf_looks.h"
 #include "t4d/formats/gltf/gltf_losses.h"
 #include "t4d/formats/gltf/gltf_scene.h"
 #include "t4d/formats/gltf/gltf_shape.h"
@@ -190,6 +191,9 @@ class AnimationReader {
     if (auto added = addInstances(index, node, geometry); !added) return added;
     if (geometry.parts().empty()) return {};
     const auto parts = geometry.parts();
+    GltfLooks looks = readGltfLooks(file_, model_, parts);
+    FileCorners corners;
+    if (!looks.rows.empty()) geometry.keepCornersIn(corners);
     auto loaded = std::move(geometry).finish();
     if (!loaded) {
       loaded.error().where = gltfElement(file_, "meshes", node.mesh);
@@ -199,6 +203,7 @@ class AnimationReader {
     if (!read) return read.error();
     auto shape = std::make_shared<const GltfShape>(std::move(*read));
     AnimatedBody body{nameFor(index, node), std::move(loaded->mesh), {}};
+    loaded->notices.insert(loaded->notices.end(), looks.notices.begin(), looks.notices.end());
     for (const std::string& notice : loaded->notices) {
       scene_.notices.push_back(fmt::format("body '{}': {}", body.name, notice));
     }
@@ -206,10 +211,15 @@ class AnimationReader {
     mirrored_.push_back(mirrored);
     if (mirrored) {
       for (model::Triangle& triangle : body.mesh.triangles) std::swap(triangle[1], triangle[2]);
+      for (auto& triangle : corners.ofTriangles) std::swap(triangle[1], triangle[2]);
       if (!shape->deforms()) {
         for (Point3& p : body.mesh.vertices) p.x() = -p.x();
       }
     }
+    for (const model::Attribute& rows : looks.rows) {
+      body.mesh.attributes.push_back(cornerAttribute(rows, corners.points, corners, body.mesh));
+    }
+    used_.attributes.merge(looks.names);
     scene_.bodies.push_back(std::move(body));
     shapes_.push_back(std::move(shape));
     return {};

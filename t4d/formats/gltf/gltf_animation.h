@@ -65,6 +65,8 @@ std::vector<system::FileFormat> animatedGltfFormats();
 /// the curves, along the chain of nodes by Leibniz's rule; model::edgeDeviation of the layers
 /// bounds what slices are off their vertices.
 ///
+/// Meshes have colours and texture coordinates as those of Keep::Attributes.
+///
 /// Where a STEP curve changes its value, the body ends and begins anew, each time closed by a cap.
 /// It is left out for as long as its scale is zero. A body whose transform mirrors is read
 /// mirrored.

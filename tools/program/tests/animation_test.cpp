@@ -161,6 +161,29 @@ TEST_F(Program, AUnionIsOneSolidOfAllThatOverlaps) {
   misused("sweep fx/cube.obj -m fx/rest.json --union -o out.t4d", "--union is for an animation");
 }
 
+TEST_F(Program, TextureCoordinatesOfAnimationsAreKept) {
+  // A cube with the same square on each side, but for its top, and keys of it.
+  const auto keys = leaningKeys(kCorners);
+  const std::string square = "vt 0 0\nvt 1 0\nvt 1 0.5\nvt 0 0.5\n";
+  const std::string sides = "f 1/1 3/2 4/3 2/4\nf 1/1 2/2 6/3 5/4\nf 2/1 4/2 8/3 6/4\n"
+                            "f 4/1 3/2 7/3 8/4\nf 3/1 1/2 5/3 7/4\n";
+  write("uv.obj", keys[0] + square + sides + "f 5/1 6/2 8/3 7/4\n");
+  ASSERT_EQ(run("sweep uv.obj -m fx/skew-axis.json -o uv.t4d").exitCode, 0);
+  ASSERT_EQ(run("flipbook uv.t4d -n 3 --rigid --attributes -o uv.glb").exitCode, 0);
+  const Finished swept = run("sweep uv.glb -o again.t4d");
+  EXPECT_EQ(swept.exitCode, 0) << swept.err;
+  // A hole has the coordinates of its rim.
+  for (int k = 0; k < 2; ++k) write(fmt::format("open_{}.obj", k), keys[k] + square + sides);
+  ASSERT_EQ(run("sweep open_*.obj --times 0:1 --mend -o open.t4d").exitCode, 0);
+  for (const char* file : {"uv.t4d", "again.t4d"}) {
+    ASSERT_EQ(run(fmt::format("slice {} --time 0 --light --attributes -o s.obj", file)).exitCode, 0);
+    const std::string text = contents(folder_ / "s.obj");
+    for (const char* line : {"\nvt 0 0\n", "\nvt 1 0\n", "\nvt 1 0.5\n", "\nvt 0 0.5\n"}) {
+      EXPECT_THAT(text, testing::HasSubstr(line)) << file;
+    }
+  }
+}
+
 TEST_F(Program, FoldsOfADeformationAreReported) {
   // The solid turns inside out.
   write("in.obj", "v -1 -1 -1\nv 2 0 0\nv 0 2 0\nv 0 0 2\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
