@@ -60,14 +60,14 @@ FormatRows rowsOfTriangleMeshes() {
 }  // namespace
 
 std::vector<FormatsOfKind> fileFormats() {
-  return {
-      {"4D mesh", joinedRows({formats::t4dFormats(), rowsOfMeshes4d()})},
-      {"triangle mesh", rowsOfTriangleMeshes()},
-      {"motion", formats::motionFormats()},
-      {"tool path", formats::toolPathFormats()},
-      {"point cache", formats::pointCacheFormats()},
-      {"volumes over time", joinedRows({voxel4d::vdbFormats(), voxel4d::volumeFormats()})},
-      {"solid over time", joinedRows({formats::collectionFormats(), formats::animatedGltfFormats()})}};
+  return {{"4D mesh", joinedRows({formats::t4dFormats(), rowsOfMeshes4d()})},
+          {"triangle mesh", rowsOfTriangleMeshes()},
+          {"motion", formats::motionFormats()},
+          {"tool path", formats::toolPathFormats()},
+          {"point cache", formats::pointCacheFormats()},
+          {"volumes over time", joinedRows({voxel4d::vdbFormats(), voxel4d::volumeFormats()})},
+          {"solid over time",
+           joinedRows({formats::collectionFormats(), formats::animatedGltfFormats()})}};
 }
 
 std::string jsonOf(std::span<const FormatsOfKind> kinds) {

@@ -136,7 +136,8 @@ SweepKind sweepKindOf(std::span<const std::string> files, const std::string& mot
   const std::string& first = files.front();
   if (isMechanism(first)) return SweepKind::Mechanism;
   if (!motion.empty()) return SweepKind::Motion;
-  return formats::isGltf(first) && files.size() == 1 ? SweepKind::Animation : SweepKind::Deformation;
+  return formats::isGltf(first) && files.size() == 1 ? SweepKind::Animation
+                                                     : SweepKind::Deformation;
 }
 
 const std::string& modelOf(const SweepOptions& options) {

@@ -127,8 +127,8 @@ std::string turningBeside(double other) {
       {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}};
   for (const auto& [a, b, c, d] : kSides) bytes.insert(bytes.end(), {a, b, c, a, c, d});
   const auto mesh = [](int positions) {
-    return fmt::format(
-        R"({{"primitives":[{{"attributes":{{"POSITION":{}}},"indices":4}}]}})", positions);
+    return fmt::format(R"({{"primitives":[{{"attributes":{{"POSITION":{}}},"indices":4}}]}})",
+                       positions);
   };
   const auto accessor = [](int offset, int count, const char* type, int kind = 5126) {
     return fmt::format(

@@ -21,8 +21,7 @@ TEST(TriangleMeshFormats, AreFoundByExtensionWhateverItsCase) {
 }
 
 TEST(TriangleMeshFormats, AreListedByWhatCanBeDoneWithThem) {
-  EXPECT_EQ(readableTriangleMeshExtensions(),
-            ".stl, .obj, .ply, .off, .vtp, .vtu, .gltf or .glb");
+  EXPECT_EQ(readableTriangleMeshExtensions(), ".stl, .obj, .ply, .off, .vtp, .vtu, .gltf or .glb");
   EXPECT_EQ(writableTriangleMeshExtensions(),
             ".stl, .obj, .ply, .off, .vtp, .gltf, .glb, .usda or .usdz");
 }

@@ -58,7 +58,7 @@ TEST(UsdWriter, SaysUnitsAxesAndOrigin) {
         "double3 xformOp:translate = (1,2,3)\n"}) {
     EXPECT_NE(text.find(part), text.npos) << part;
   }
-  EXPECT_NE(text.find("(0,0,0)"), text.npos) << "in its own coordinates";
+  EXPECT_NE(text.find("point3f[] points = [(-1,-2,-3)"), text.npos) << "of the Xform";
 }
 
 TEST(UsdWriter, WritesAttributesAsPrimvars) {

@@ -28,9 +28,12 @@ TEST_F(Program, NamesBeginNoLinesOfTheirOwn) {
 }
 
 TEST_F(Program, ModelsOfOtherProgramsHaveAWayIn) {
-  for (const auto& [file, way] : {std::pair{"a.blend", "in Blender, export it as glTF 2.0 (.glb)"},
-                                  {"a.abc", "import it in Blender"},
-                                  {"a.step", "in FreeCAD, mesh it"}}) {
+  std::vector<std::pair<std::string, std::string>> ways = {{"a.step", "in FreeCAD, mesh it"}};
+  for (const std::string kind : {"fbx", "dae", "abc", "blend", "usd", "usda", "usdc", "usdz"}) {
+    ways.emplace_back("a." + kind, "t4d: try: t4d-blender a." + kind +
+                                       " -o a.t4d, or -o a.glb for the solid at rest\n");
+  }
+  for (const auto& [file, way] : ways) {
     write(file, std::string(100, '.'));
     for (const std::string rest :
          {"sweep F -o out.t4d", "sweep F --motion fx/rest.json -o out.t4d", "mend F -o out.ply",
