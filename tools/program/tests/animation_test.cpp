@@ -165,7 +165,7 @@ TEST_F(Program, TextureCoordinatesOfAnimationsAreKept) {
   // A box with the same square on each side.
   const auto keys = leaningKeys(kCorners);
   const std::string square = "vt 0 0\nvt 1 0\nvt 1 0.5\nvt 0 0.5\n";
-  const std::string sides =
+  const std::string faces =
       "f 1/1 3/2 4/3 2/4\nf 1/1 2/2 6/3 5/4\nf 2/1 4/2 8/3 6/4\n"
       "f 4/1 3/2 7/3 8/4\nf 3/1 1/2 5/3 7/4\nf 5/1 6/2 8/3 7/4\n";
   write("uv.obj", keys[0] + square + faces);
