@@ -579,7 +579,8 @@ def test_of_shards_over_the_web_ranges_are_requested(tmp_path, server, place):
     sharded(tmp_path / "in.zarr", solid(), place)
     same(t4d.open_frames(f"{server}/plain/in.zarr", axes="tzyx"), solid())
     asked = requests(tmp_path, "/c/")
-    assert all(one["range"] for one in asked) and len(asked) > 2 * 3 * 3 * 3
+    shards = {one["path"] for one in asked}
+    assert all(one["range"] for one in asked) and len(asked) >= 2 * len(shards)  # an index and chunks
 
 
 def test_other_stores_of_fsspec(tmp_path):

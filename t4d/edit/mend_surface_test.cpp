@@ -569,8 +569,10 @@ TEST(MendSurface, SheetsBecomeSolidsOfTheirAreaTimesTheThickness) {
   }
   mesh.triangles.push_back({first, first + 1, first + 2});
   mesh.triangles.push_back({first, first + 2, first + 3});
-  TriangleMesh refused = mesh;
-  EXPECT_FALSE(mendSurface(refused));
+  TriangleMesh without = mesh;
+  const auto lost = mendSurface(without);
+  ASSERT_TRUE(lost) << lost.error().text();
+  EXPECT_EQ(lost->lost.triangles, 2U);
   const auto report = mendSurface(mesh, {.thicken = 0.01});
   ASSERT_TRUE(report) << report.error().text();
   EXPECT_TRUE(model::checkClosedSurface(mesh));

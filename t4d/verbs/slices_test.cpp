@@ -116,7 +116,6 @@ TEST(Flipbook, RefusesOptionsThatContradictEachOther) {
   for (const FlipbookOptions& options :
        {FlipbookOptions{.output = "a.ply"},
         FlipbookOptions{.output = "a.glb", .kind = rigid, .write = {.color = "time"}},
-        FlipbookOptions{.output = "a.glb", .kind = rigid, .write = {.attributes = true}},
         FlipbookOptions{.output = "a.glb", .kind = rigid, .write = {.quantizeBits = 8}},
         FlipbookOptions{
             .output = "a.glb", .kind = FlipbookKind::Morph, .write = {.quantizeBits = 16}},
