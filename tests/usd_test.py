@@ -155,7 +155,7 @@ def test_frames_are_a_value_clip_set(bolt, light, tmp_path):
     if light:
         stage.Flatten().Export(str(tmp_path / "flat.usda"))
         swept = verbs.sweep(tmp_path / "flat.usda", output=t4d.Mesh).mesh
-        assert swept.slice(0).volume == pytest.approx(bolt.slice(0).volume, rel=1e-6)
+        assert swept.slice(0).volume == pytest.approx(1e-9 * bolt.slice(0).volume, rel=1e-5)  # from millimetres
 
 
 def test_slices_and_names(bolt, tmp_path):
@@ -168,9 +168,7 @@ def test_slices_and_names(bolt, tmp_path):
         assert mesh.GetPrim().GetName() == "_7__bolts_"
         assert mesh.GetPrim().GetDisplayName() == '7 "bolts"'
         assert_is(mesh, 0, solid)
-        with pytest.warns(t4d.Loss):
-            read = t4d.read_triangles(place)
-        assert read.volume == pytest.approx(solid.volume, rel=1e-6)
+        assert t4d.read_triangles(place).volume == pytest.approx(solid.volume, rel=1e-6)
 
 
 def written_stage(path, up="Z"):
@@ -215,13 +213,13 @@ def test_bodies_are_visible_while_they_exist(tmp_path):
         other.GetVisibilityAttr().Set(word, code)
     stage.Save()
     verbs.sweep(tmp_path / "in.usda", output=tmp_path / "two.t4d")
-    assert t4d.read(tmp_path / "two.t4d")["other"].time_span == (0.5, 1.5)
+    assert t4d.read(tmp_path / "two.t4d")["other"].time_span == (0.5, 1.4)  # of the frames that show it
     verbs.flipbook(tmp_path / "two.t4d", times="0:2:21", fps=10, output=tmp_path / "out.usda")
     played = valid(tmp_path / "out.usda")
     seen = {mesh.GetPrim().GetName(): mesh for mesh in meshes(played)}
     for code in range(21):
         assert seen["cube"].ComputeVisibility(code) == "inherited"
-        there = "inherited" if 5 <= code <= 15 else "invisible"
+        there = "inherited" if 5 <= code <= 14 else "invisible"
         assert seen["other"].ComputeVisibility(code) == there
 
 
@@ -229,43 +227,34 @@ def test_bodies_are_visible_while_they_exist(tmp_path):
 def test_what_pixar_writes_is_swept_within_the_tolerance(extension, tmp_path):
     place = tmp_path / f"scene.{extension}"
     stage, mesh = written_stage(place)
-    tolerance = 0.01
+    tolerance = 1e-4
     swept = t4d.sweep(place, max_deviation=tolerance)
     assert swept.names == ["cube"]
-    assert (swept.length_unit, swept.time_unit) == ("cm", "s")
+    assert (swept.length_unit, swept.time_unit, swept.up) == ("m", "s", "z")
     assert swept.check()["valid"]
     for code in np.linspace(0, 20, 23):
         to_world = np.array(mesh.ComputeLocalToWorldTransform(code))
         true = np.array(mesh.GetPointsAttr().Get(code)) @ to_world[:3, :3] + to_world[3, :3]
         found = swept.slice(min(code / 10, 2), light=True).vertices
         assert found.shape == true.shape
-        assert np.linalg.norm(found - true, axis=1).max() < tolerance + 1e-6
+        assert np.linalg.norm(found - true / 100, axis=1).max() < 1.1 * tolerance
 
 
-def test_references_are_read_as_pixar_flattens_them(tmp_path):
+def test_references_are_followed(tmp_path):
     written_stage(tmp_path / "scene.usda")
     stage = Usd.Stage.CreateNew(str(tmp_path / "uses.usda"))
     stage.SetTimeCodesPerSecond(10)
     stage.OverridePrim("/arm").GetReferences().AddReference("./scene.usda", "/arm")
     UsdGeom.SetStageMetersPerUnit(stage, 0.01)
     stage.Save()
-    with pytest.raises(t4d.VerbError, match=r"uses.usda:\d+: prim 'arm' has references.*--flatten"):
-        t4d.sweep(tmp_path / "uses.usda")
     stage.Flatten().Export(str(tmp_path / "flat.usda"))
-    assert t4d.sweep(tmp_path / "flat.usda").names == ["cube"]
+    uses, flat = (t4d.sweep(tmp_path / name) for name in ("uses.usda", "flat.usda"))
+    assert uses.names == ["cube"]
+    assert np.array_equal(uses.slice(0.77).vertices, flat.slice(0.77).vertices)
 
 
 def test_binary_files_need_pixars_package(tmp_path, monkeypatch, bolt):
-    written_stage(tmp_path / "scene.usdc")
     monkeypatch.setitem(__import__("sys").modules, "pxr.Sdf", None)
-    with pytest.raises(t4d.Unsupported, match="usd-core"):
-        t4d.sweep(tmp_path / "scene.usdc")
-    with pytest.raises(t4d.Unsupported, match="usdcat"):
+    with pytest.raises(t4d.Unsupported, match="usd-core.*usdcat"):
         bolt.slice(1).save(tmp_path / "out.usdc")
     assert not (tmp_path / "out.usdc").exists()
-    # The program says which command converts it.
-    done = subprocess.run(
-        [BUILD / "t4d", "sweep", tmp_path / "scene.usdc", "-o", tmp_path / "out.t4d"],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert done.returncode == 4 and "usdcat --flatten" in done.stderr

@@ -1,9 +1,10 @@
-"""The program t4d, and the Python door of its verbs weave and sweep: ``python3 -m t4d weave scan/ --iso 300 -o
-scan.t4d``, ``python3 -m t4d sweep walk.fbx -o walk.t4d``.
+"""The program t4d, and the Python door of its verbs: ``python3 -m t4d weave scan/ --iso 300 -o scan.t4d``,
+``python3 -m t4d sweep walk.fbx -o walk.t4d``, ``python3 -m t4d mend part.fbx -o part.ply``.
 
 The words are those of the program. If weave is given what readers of Python know (``t4d.open_frames``), its frames
-go to the program through a pipe; if sweep is given an animation of other programs, it is t4d-blender (``t4d.blender``).
-All else is the program's work alone. Messages and exit codes are the program's.
+go to the program through a pipe; if sweep is given an animation of other programs, it is t4d-blender (``t4d.blender``);
+other inputs of such programs become triangle meshes first (``t4d.converted``). All else is the program's work alone.
+Messages and exit codes are the program's.
 """
 
 from __future__ import annotations
@@ -18,22 +19,22 @@ import subprocess
 import sys
 import tempfile
 import warnings
-from typing import Any, Dict, List, NamedTuple, NoReturn, Optional, Sequence, Tuple
+from pathlib import Path
+from typing import Any, Callable, Dict, List, NamedTuple, NoReturn, Optional, Sequence, Tuple
 
 import numpy as np
 
-from t4d import blender, readers
+from t4d import blender, converted, readers, scenes
 from t4d.commands import options_of, program
 from t4d.errors import Error
 from t4d.frames import MOST_FRAMES, Frames, open_frames
 from t4d.readers.volume import Missing, WrongOption, extension_of, natural
 from t4d.stream import write_nrrd, write_stream
 
-_INVALID, _USAGE = 4, 2
+_USAGE, _LOSS, _INVALID = 2, 3, 4
 # What open_frames takes is the door's: a region counts what the file has, and so do times and an origin beside it.
 _DOOR = [name for name in inspect.signature(open_frames).parameters if name != "source"]
 _NUMBERS = ("spacing", "origin", "times", "frame_time", "start_time")
-_ANIMATIONS = (".abc", ".blend", ".dae", ".fbx", ".usd", ".usda", ".usdc", ".usdz")
 _LEAST_OF_PATTERN = 3  # names
 _PATIENCE = 10  # seconds for the program to clean up
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
@@ -203,11 +204,22 @@ def _end(number: int, _: Any) -> NoReturn:
     raise Ended(number)
 
 
-def _run(command: List[str], frames: Optional[Frames] = None, part: Optional[Tuple[int, int]] = None) -> int:
+def _run(
+    command: List[str],
+    frames: Optional[Frames] = None,
+    part: Optional[Tuple[int, int]] = None,
+    names: Optional[Dict[str, str]] = None,
+) -> int:
     """Runs the program, on frames if there are any; returns its exit code. Ends it before what reading raises is
-    raised."""
-    process = subprocess.Popen(command, stdin=None if frames is None else subprocess.PIPE)
+    raised. Its messages call files by other names, if they are given."""
+    pipe = subprocess.PIPE
+    process = subprocess.Popen(command, stdin=None if frames is None else pipe, stderr=pipe if names else None)
     try:
+        for line in process.stderr or []:
+            for own, name in (names or {}).items():
+                line = line.replace(os.fsencode(own), os.fsencode(name))
+            sys.stderr.buffer.write(line.replace(b"try: t4d ", b"try: python3 -m t4d "))
+            sys.stderr.buffer.flush()
         if frames is not None and process.stdin is not None:
             with contextlib.suppress(BrokenPipeError):  # the program says why it ended
                 write_stream(frames, process.stdin, part)
@@ -264,14 +276,18 @@ def weave(inputs: List[str], options: Options) -> int:
 
 
 def _weave(words: List[str]) -> int:
-    """As ``weave``; a signal that ends this process ends the program first, and both by it."""
-    caught = [number for number in _SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
     logging.basicConfig(handlers=[logging.NullHandler()])  # what libraries log, an error or a note says
     warnings.simplefilter("ignore")
+    return weave(*split(words))
+
+
+def _until_ended(work: Callable[[List[str]], int], words: List[str]) -> int:
+    """The exit code of work on words; a signal that ends this process ends the program first, and both by it."""
+    caught = [number for number in _SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
     try:
         for number in caught:
             signal.signal(number, _end)
-        code = weave(*split(words))
+        code = work(words)
     except Ended as ended:
         code = -ended.number
     finally:
@@ -282,18 +298,27 @@ def _weave(words: List[str]) -> int:
     return code
 
 
-def animation_of(words: Sequence[str]) -> Optional[List[str]]:
-    """What t4d-blender is given if the words after sweep name an animation, not a solid that something else moves."""
-    files = [word for word in words if word[:1] != "-" and os.path.splitext(word)[1].lower() in _ANIMATIONS]
-    if len(files) != 1 or any(word.partition("=")[0] == "--motion" for word in words):
-        return None
-    return [files[0], *(word for word in words if word != files[0])]
+def _on_meshes(words: List[str]) -> int:
+    """The exit code of the program on words whose scenes have become meshes."""
+    with tempfile.TemporaryDirectory(prefix="t4d-") as folder:
+        try:
+            made = converted.convert(words, Path(folder))
+        except Error as error:
+            _say(str(error))
+            return blender.code_of(error)
+        if not {"-q", "--quiet"} & set(words):
+            for note in made.notes:
+                _say(f"note: {note}")
+        for loss in made.losses:
+            _say(f"lost: {loss}")
+        code = _run([program(), *made.words], names=made.names)
+        return _LOSS if code == 0 and made.losses else code
 
 
 def _help(verb: str) -> int:
     """Of the program, and what the door adds."""
     code = subprocess.run([program(), verb, "--help"], check=False).returncode
-    also = ", ".join(readers.known()) if verb == "weave" else f"{', '.join(_ANIMATIONS)}, as t4d-blender does"
+    also = ", ".join(readers.known()) if verb == "weave" else f"{', '.join(scenes.EXTENSIONS)}, as t4d-blender does"
     print(f"\npython3 -m t4d {verb} also reads {also}")
     return code
 
@@ -302,15 +327,17 @@ def main(words: List[str]) -> int:
     is_help = bool({"-h", "--help"} & set(words))
     if words[:1] in (["weave"], ["sweep"]) and is_help and "--json" not in words:
         return _help(words[0])
-    animation = animation_of(words[1:]) if words[:1] == ["sweep"] and not is_help else None
+    animation = converted.animation_of(words[1:]) if words[:1] == ["sweep"] and not is_help else []
     if animation:
         return blender.main(animation)
+    if converted.is_needed(words[1:]) and not is_help:
+        return _until_ended(_on_meshes, words)
     if words[:1] == ["weave"]:
         door = False
         with contextlib.suppress(ValueError, KeyError):  # what does not describe itself is run, too
             door = not is_help and is_door(words[1:])
         if door:
-            return _weave(words[1:])
+            return _until_ended(_weave, words[1:])
     sys.stdout.flush()
     os.execv(program(), [program(), *words])
 

@@ -1,44 +1,27 @@
-"""The program t4d-blender: a 4D mesh of an animation in any file that Blender imports.
+"""The program t4d-blender: a 4D mesh of an animation in any file that Blender imports, or a triangle mesh at rest.
 
-A process of its own evaluates the scene and leaves a recording, of which ``t4d.recorded`` makes the 4D mesh: Blender,
-whose Python need not have this module, or a library made for the format, if it is installed.
+Another process records the scene (``t4d.scenes``); the mesh is made of the recording (``t4d.recorded``, ``t4d.still``).
 """
 
 from __future__ import annotations
 
 import argparse
-import importlib
-import importlib.util
 import json
 import os
-import re
-import shutil
-import subprocess
 import sys
 import tempfile
 import time
-from pathlib import Path
-from typing import Any, Callable, Dict, List, NamedTuple, NoReturn, Optional, Sequence, Tuple
+import warnings
+from typing import Any, Callable, Dict, NoReturn, Optional, Sequence, Tuple
 
 import t4d
-from t4d import recorded
-from t4d.errors import Error, VerbError
+from t4d import recorded, scenes, still
+from t4d.errors import Error, FileError, InvalidInput, VerbError
+from t4d.scenes import Request
+from t4d.triangles import TriangleMesh
 
 _FAILED, _USAGE, _LOSS, _INVALID = 1, 2, 3, 4
-_RECORD = ("import importlib, json, sys; place, module, request = sys.argv[sys.argv.index('--') + 1:]; "
-           "sys.path.insert(0, place); importlib.import_module(module).record_file(json.loads(request))")  # fmt: skip
-_USD = (".usd", ".usda", ".usdc", ".usdz")
-# By extension, the library that evaluates a file as its format says, its name on PyPI, and the module that asks it.
-_LIBRARIES = {".fbx": ("ufbx", "ufbx", "t4d.fbx_scene"), **dict.fromkeys(_USD, ("pxr", "usd-core", "t4d.usd_scene"))}
-
-
-class _Reader(NamedTuple):
-    """What records a file: its name, the command that runs the Python code that follows it, and the module there."""
-
-    name: str
-    command: List[str]
-    place: str
-    module: str
+_MESHES = (".ply", ".vtp", ".obj", ".stl", ".off", ".glb", ".gltf", ".usda", ".usdc", ".usdz")
 
 
 class _Problem(Exception):
@@ -70,15 +53,16 @@ def _arguments() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="t4d-blender", allow_abbrev=False,
         description="Make a 4D mesh of an animation: .fbx, .dae, .abc, .usd, .usdc, .usdz, .blend, .glb and whatever "
-                    "else Blender imports, with a body for each object, in metres and seconds, z up.",
-        epilog="All other options, after FILE, are those of `t4d sweep`, such as --mend and --caps. Example: "
-               "t4d-blender walk.fbx --tolerance 0.001 -o walk.t4d",
+                    "else Blender imports, with a body for each object, in metres and seconds, z up; or one triangle "
+                    "mesh of its objects at the first frame.",
+        epilog="All other options, after FILE, are those of `t4d sweep`, such as --mend and --caps. Examples: "
+               "t4d-blender walk.fbx --tolerance 0.001 -o walk.t4d; t4d-blender part.fbx -o part.ply",
     )  # fmt: skip
     for name, kind in ("range of frames A:B", _frames), ("number above zero", _above_zero):
         kind.__name__ = name  # of which argparse says that a value is none
     add = parser.add_argument
-    add("file", metavar="FILE", help="animated file")
-    add("-o", "--output", metavar="FILE", required=True, help="output (.t4d)")
+    add("file", metavar="FILE", help="file with a scene")
+    add("-o", "--output", metavar="FILE", required=True, help=f"output: .t4d, or a triangle mesh ({', '.join(_MESHES)})")
     add("--object", metavar="NAME", action="append", default=[],
         help="only this object (repeatable; default: all that are visible)")  # fmt: skip
     add("--frame-range", metavar="A:B", type=_frames,
@@ -98,104 +82,31 @@ def _arguments() -> argparse.ArgumentParser:
     return parser
 
 
-def _extension(path: str) -> str:
-    return os.path.splitext(path)[1].lower()
-
-
-def _readers(file: str, program: Optional[str]) -> List[_Reader]:
-    """What may read a file, the best first: a library made for the format alone, otherwise Blenders."""
-    library, package, module = _LIBRARIES.get(_extension(file), ("", "", ""))
-    if library and program is None and importlib.util.find_spec(library):
-        return [_Reader(package, [sys.executable, "-c"], str(Path(__file__).resolve().parents[1]), module)]
-    found = []
-    if program is None and importlib.util.find_spec("bpy"):
-        found.append([sys.executable, "-c"])
-    path = shutil.which(program or "blender")
-    if path:
-        found.append([path, "--background", "--factory-startup", "--disable-autoexec", "--python-exit-code", "1",
-                      "--python-expr"])  # fmt: skip
-    if not found:
-        way = f"pip install {package}, or bpy" if package else "pip install bpy"
-        raise _Problem(f"{program or 'Blender'} is not found\nt4d: try: {way}, or --blender PROGRAM", _FAILED)
-    return [_Reader("Blender", command, _addon(), "io_mesh_t4d.recording") for command in found]
-
-
-def _addon() -> str:
-    """Where Python finds the add-on: the archive of the wheel, the installation or the build folder, or the sources."""
-    here = Path(__file__).resolve()
-    archive = "io_mesh_t4d.zip"
-    shared = [up / "share" / "t4d" / "blender" / archive for up in here.parents]
-    for place in (here.parent / archive, here.parents[2] / "blender" / archive, *shared, here.parents[1] / "blender"):
-        if place.exists():
-            return str(place)
-    raise _Problem(f"{archive}, the add-on for Blender, is not found beside the module t4d", _FAILED)
-
-
-def _rate_of(path: str) -> Tuple[Optional[float], List[str]]:
-    """Frames per second, where Blender's importer does not set them: those that the file says, and a note if it cannot
-    be asked. A wrong rate lets USD play at another speed; an .abc then has its keys between samples."""
-    extension = _extension(path)
-    if extension not in (".abc", *_USD):
-        return None, []
-    if extension != ".abc" and importlib.util.find_spec("pxr"):
-        return float(importlib.import_module("pxr.Usd").Stage.Open(path).GetTimeCodesPerSecond()), []
-    said = rb"(?:FramesPerTimeUnit|DCC FPS)=" if extension == ".abc" else rb"timeCodesPerSecond = "
-    with open(path, "rb") as file:
-        found = re.search(said + rb"([0-9.]+)", file.read())
-    if found:
-        return float(found[1]), []
-    hint = "" if extension == ".abc" else ", or pip install usd-core, which reads it"
-    return None, [f"the frame rate of the file is not known and taken as 24: give --fps{hint}"]
-
-
-def _record(file: str, reader: _Reader, request: Dict[str, Any], say: Callable[[str], None]) -> Optional[str]:
-    """Lets a reader write a recording. Returns why it cannot."""
-    folder = Path(request["folder"])
-    with open(folder / "reader.log", "w+", encoding="utf-8", errors="replace") as log:
-        with subprocess.Popen(
-            [*reader.command, _RECORD, "--", reader.place, reader.module, json.dumps(request)],
-            stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.PIPE, encoding="utf-8", errors="replace",
-        ) as process:  # fmt: skip
-            assert process.stderr is not None
-            for line in process.stderr:
-                if line.startswith("frame "):
-                    say(line.strip())
-                else:
-                    log.write(line)
-        problem = folder / "problem.txt"
-        if problem.exists():
-            return problem.rename(folder / "last.txt").read_text(encoding="utf-8")
-        if process.returncode or not (folder / "scene.json").exists():
-            log.seek(0)
-            last = [line for line in log.read().splitlines() if line.strip() and line != "Blender quit"][-1:]
-            raise _Problem(f"{file}: {reader.name} ended with {process.returncode}: {' '.join(last)}", _FAILED)
-    return None
-
-
-def _run(options: argparse.Namespace, words: Sequence[str], say: Callable[[str], None]) -> recorded.Recorded:
-    if not options.output.lower().endswith(".t4d"):
-        raise _Problem(f"--output: {options.output}: expected a name that ends in .t4d", _USAGE)
-    if not os.path.isfile(options.file):
-        raise _Problem(f"{options.file}: cannot be opened: there is no such file", _INVALID)
-    readers = _readers(options.file, options.blender)
-    blenders = readers[0].name == "Blender"
-    if options.take is not None and (blenders or _extension(options.file) != ".fbx"):
+def _check(options: argparse.Namespace, words: Sequence[str]) -> None:
+    """What would be found wrong only after the scene is read."""
+    extension = scenes.extension_of(options.output)
+    if extension not in (".t4d", *_MESHES):
+        raise _Problem(f"--output: {options.output}: expected a name that ends in .t4d, or for a triangle mesh of the "
+                       f"first frame in {', '.join(_MESHES[:-1])} or {_MESHES[-1]}", _USAGE)  # fmt: skip
+    if os.path.exists(options.output) and os.path.exists(options.file):
+        if os.path.samefile(options.output, options.file):
+            raise _Problem(f"--output: {options.output}: is the input, which is never replaced", _USAGE)
+    if extension != ".t4d" and words:
+        raise _Problem(f"{words[0]} is an option of t4d sweep, which makes a .t4d, not {options.output}", _USAGE)
+    if options.take is not None and scenes.readers(options.file, options.blender)[0].name != "ufbx":
         raise _Problem("--take is for an .fbx that ufbx reads (pip install ufbx)", _USAGE)
-    fps, notes = (options.fps, []) if options.fps or not blenders else _rate_of(options.file)
+
+
+def _request(options: argparse.Namespace) -> Request:
+    return Request(
+        still=scenes.extension_of(options.output) != ".t4d", frame_range=options.frame_range, objects=options.object,
+        take=options.take, fps=options.fps, step=options.step, tolerance=options.tolerance, blender=options.blender,
+    )  # fmt: skip
+
+
+def _sweep(options: argparse.Namespace, words: Sequence[str], say: Callable[[str], None]) -> recorded.Recorded:
     with tempfile.TemporaryDirectory(prefix="t4d-") as folder:
-        request = {
-            "file": os.path.abspath(options.file), "folder": folder, "objects": options.object, "take": options.take,
-            "fps": fps, "frame_range": options.frame_range, "step": options.step, "tolerance": options.tolerance,
-        }  # fmt: skip
-        say(f"starting {readers[0].name}")
-        reasons: Dict[str, None] = {}
-        for reader in readers:
-            reason = _record(options.file, reader, request, say)
-            if reason is None:
-                break
-            reasons[reason] = None
-        else:
-            raise _Problem(f"{options.file}: {'; '.join(reasons)}", _INVALID)
+        notes = scenes.record(options.file, _request(options), folder, say)
         try:
             done = recorded.save(folder, options.output, words, options.voxel_size, say)
         except VerbError as error:
@@ -205,14 +116,41 @@ def _run(options: argparse.Namespace, words: Sequence[str], say: Callable[[str],
     return done._replace(notes=[*notes, *done.notes])
 
 
+def _save_still(options: argparse.Namespace, say: Callable[[str], None]) -> recorded.Recorded:
+    found = still.read(options.file, _request(options), say)
+    mesh = TriangleMesh(found.vertices, found.triangles, {}, found.attributes)
+    with warnings.catch_warnings(record=True) as lost:
+        warnings.simplefilter("always")
+        try:
+            mesh.save(options.output, attributes=True)
+        except FileError as error:
+            raise _Problem(str(error), _FAILED) from None
+    losses = [*found.losses, *(str(one.message) for one in lost)]
+    report = {"bodies": [{"name": name} for name in found.bodies], "vertices": len(mesh.vertices),
+              "triangles": len(mesh.triangles), "materials": found.materials,
+              "bytes": os.path.getsize(options.output), "losses": losses}  # fmt: skip
+    return recorded.Recorded(report, found.notes, losses)
+
+
+def _text_of(report: Dict[str, Any]) -> str:
+    """For people."""
+    count = len(report["bodies"])
+    if "fps" in report:
+        first = f"{count} {'body' if count == 1 else 'bodies'}, {report['fps']:g} frames per second"
+        return "\n  ".join([first, *recorded.lines_of(report)])
+    return f"{report['triangles']:,} triangles of {count} {'object' if count == 1 else 'objects'}, in metres, z up"
+
+
+def code_of(error: Exception) -> int:
+    """The exit code of what a reader raises."""
+    return _INVALID if isinstance(error, (InvalidInput, FileError)) else _FAILED
+
+
 def _print(options: argparse.Namespace, done: recorded.Recorded, seconds: float) -> None:
     if options.json:
         print(json.dumps({**done.report, "seconds": seconds}, indent=2))
     elif not options.quiet:
-        count, fps = len(done.report["bodies"]), done.report["fps"]
-        print(f"{options.output}: {count} {'body' if count == 1 else 'bodies'}, {fps:g} frames per second")
-        for line in recorded.lines_of(done.report):
-            print(f"  {line}")
+        print(f"{options.output}: {_text_of(done.report)}")
         print(f"  {done.report['bytes'] / 1e3:,.1f} kB, {seconds:.2f} s")
     for note in [] if options.quiet else done.notes:
         print(f"t4d: note: {note}", file=sys.stderr)
@@ -230,11 +168,13 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 
     try:
         options, words = _arguments().parse_known_args(arguments)
-        done = _run(options, words, say)
+        _check(options, words)
+        is_swept = scenes.extension_of(options.output) == ".t4d"
+        done = _sweep(options, words, say) if is_swept else _save_still(options, say)
     except (_Problem, Error, OSError) as error:
         say("")
         print(f"t4d: {error}", file=sys.stderr)
-        return error.code if isinstance(error, _Problem) else _FAILED
+        return error.code if isinstance(error, _Problem) else code_of(error)
     except KeyboardInterrupt:
         say("")
         return 130

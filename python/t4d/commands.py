@@ -21,7 +21,7 @@ from typing import (
 
 import numpy as np
 
-from t4d import usd
+from t4d import converted, usd
 from t4d.checks import Path as PathLike
 from t4d.errors import Loss, VerbError, warn
 from t4d.mesh import Mesh, file_of, read
@@ -184,8 +184,6 @@ def _names(files: Iterable[Any], folder: Path) -> List[str]:
     for file in files:
         if isinstance(file, (str, bytes, os.PathLike)):
             name = os.fsdecode(file)
-            if usd.is_binary(name):
-                name = usd.to_text(name, folder)
             names.append(f"./{name}" if name.startswith("-") and name != "-" else name)
         elif isinstance(file, (Mesh, TriangleMesh)):
             names.append((isinstance(file, Mesh) and file_of(file)) or _saved(file, folder))
@@ -212,7 +210,7 @@ def run(verb: str, /, *files: Any, **options: Any) -> Any:
         binary = contextlib.ExitStack()
         places: Dict[str, str] = {}
         for option in ("output", "o"):
-            if usd.is_named_binary(options.get(option)):
+            if usd.is_binary(options.get(option)):
                 place = os.fsdecode(options[option])
                 options[option] = binary.enter_context(usd.written(place))
                 places[options[option]] = place
@@ -248,7 +246,8 @@ def run_words(
     at most, if they are given. Returns its report, or its text. Raises and warns as ``run``."""
     verb = words[0]
     has_json = not text and "json" in options_of(verb)
-    first, environment = _door() if verb == "weave" and _is_door(words[1:], cwd or "") else ([program()], None)
+    through = converted.is_needed(words[1:]) or (verb == "weave" and _is_door(words[1:], cwd or ""))
+    first, environment = _door() if through else ([program()], None)
     command = [*first, verb, *(["--json"] if has_json else []), *words[1:]]
     with subprocess.Popen(
         command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,

@@ -113,8 +113,8 @@ class File:
             ))  # fmt: skip
         return found
 
-    def span(self) -> Tuple[float, float]:
-        """The range that the take says, or that of its keys and of vertex caches."""
+    def span(self) -> Optional[Tuple[float, float]]:
+        """The range that the take says, or that of its keys and of vertex caches; None if there are none."""
         layers = _elements(self._take.layers) if self._take else []
         values = [_kept(one.anim_value) for layer in layers for one in layer.anim_props]
         curves = [curve for value in values for curve in _elements(value.curves) if curve is not None]
@@ -123,7 +123,7 @@ class File:
         for samples in (channel.frames for channel in channels if channel is not None):
             ranges.append((samples[0].time, samples[len(samples) - 1].time))
         if not ranges:
-            raise Problem("nothing in it moves")
+            return None
         if self._take and self._take.time_end > self._take.time_begin:
             ranges = [(self._take.time_begin, self._take.time_end)]
         ends = min(begin for begin, _ in ranges), max(end for _, end in ranges)

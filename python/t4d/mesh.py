@@ -548,9 +548,10 @@ def sweep(
 
     ``sweep(V, F, times=times)`` with ``V`` (k, n, 3): a solid that is deformed, from key to key.
 
-    ``sweep("machine.usda")``: a file that moves by itself, of any kind that ``t4d sweep`` reads, with
-    a body for each of its meshes; .usdc with the package usd-core. It is swept at once, within
-    ``max_deviation``, or a thousandth of its size. The file says names, units and axes.
+    ``sweep("machine.glb")``: a file that moves by itself, of any kind that ``t4d sweep`` or t4d-blender
+    reads (docs/blender.md), with a body for each of its meshes. It is swept at once, within
+    ``max_deviation``; by default, glTF within a thousandth of its size, and others from frame to frame.
+    The file says names, units and axes.
 
     ``units`` are those of length and time, ``("mm", "s")``, or of length alone; by default those of
     the motion, if it has any. ``caps`` are filled by "tetgen" or closed by a "cone"; each step of a
@@ -582,7 +583,11 @@ def sweep(
             )
         from t4d.commands import run
 
-        swept: Mesh = run("sweep", vertices, output=Mesh, **options).mesh
+        usual = {"caps": "tetgen", "prism": 14}
+        chosen = {name: value for name, value in options.items() if value != usual.get(name)}
+        if max_deviation is not None:
+            chosen["tolerance"] = chosen.pop("max_deviation")
+        swept: Mesh = run("sweep", vertices, output=Mesh, **chosen).mesh
         return swept
     metadata = {"backend": "mesh4d", "up": up}
     if isinstance(triangles, (Motion, Mapping, str, bytes, os.PathLike)):

@@ -26,6 +26,7 @@ from t4d.commands import run_words
 from t4d.errors import Error, InvalidInput, Loss, VerbError
 from t4d.mesh import Mesh, read, sweep
 from t4d.motions import _quaternion
+from t4d.still import merged, whole
 from t4d.triangles import TriangleMesh
 
 # Without --voxel-size: of the longest side of a body whose faces change.
@@ -167,9 +168,8 @@ class _Made:
             return vertices * self._metres
         if self._merged is None:
             used, corners = np.unique(self._array(key["faces"])["triangles"], return_inverse=True)
-            _, first, number = np.unique(vertices[used], axis=0, return_index=True, return_inverse=True)
-            number = np.argsort(np.argsort(first))[number.ravel()]  # in the order of the scene
-            self._merged = used[np.sort(first)], used, number, number[corners].reshape(-1, 3)
+            first, number = merged(vertices[used])
+            self._merged = used[first], used, number, number[corners].reshape(-1, 3)
         kept, used, number, _ = self._merged
         apart = np.abs(vertices[kept][number] - vertices[used]).max()
         if apart > _TOGETHER * np.ptp(vertices, axis=0).max():
@@ -185,8 +185,8 @@ class _Made:
         found = self._array(self._keys[0]["faces"]) if attributes else {}
         found.pop("triangles", None)
         triangles = self._merged[3]
-        whole = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)  # no two corners are one
-        return TriangleMesh(vertices, triangles[whole], {}, {name: values[whole] for name, values in found.items()})
+        left = whole(triangles)
+        return TriangleMesh(vertices, triangles[left], {}, {name: values[left] for name, values in found.items()})
 
     def _pose(self, key: Dict[str, Any]) -> Dict[str, Any]:
         pose = np.array(key["pose"])

@@ -8,7 +8,7 @@ from typing import Any, Dict, Iterator, Mapping, Optional
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from t4d import _t4d, checks, usd
+from t4d import _t4d, checks, scenes, still, usd
 from t4d.checks import Path
 from t4d.errors import Loss, about, warn
 
@@ -111,11 +111,19 @@ def _attributes(given: Optional[Mapping[str, ArrayLike]]) -> Dict[str, NDArray[A
 
 
 def read_triangles(path: Path) -> TriangleMesh:
-    """Reads .stl, .obj, .ply, .off, .vtp, .vtu, .gltf, .glb, .usda or .usdz; with the package usd-core
-    also .usdc. Vertices with equal coordinates become one. Warns of what was changed or is lost."""
+    """Reads .stl, .obj, .ply, .off, .vtp, .vtu, .gltf or .glb; and scenes, in metres and z up, of which it is what is
+    visible at the first frame: .fbx, .usd, .usda, .usdc, .usdz, .dae, .abc and .blend, with ufbx, usd-core or Blender
+    (docs/blender.md). Vertices with equal coordinates become one. Warns of what was changed or is lost."""
     place = checks.path_text(path)
-    with about(place), usd.as_text(place) as text:
-        mesh, notices, losses = _t4d.read_triangles(os.fsencode(text))
+    if scenes.is_scene(place):
+        with about(place):
+            scene = still.read(place)
+        read = TriangleMesh(scene.vertices, scene.triangles, {}, scene.attributes)
+        notices, losses = scene.notes, scene.losses
+    else:
+        with about(place):
+            mesh, notices, losses = _t4d.read_triangles(os.fsencode(place))
+        read = TriangleMesh._of(mesh)
     warn(UserWarning, notices)
     warn(Loss, losses)
-    return TriangleMesh._of(mesh)
+    return read

@@ -67,12 +67,12 @@ class File:
                     shapes = self._skel.BlendShapeQuery(self._skel.BindingAPI(skinning.GetPrim()))
                     yield skinning.GetPrim().GetPath(), (skeleton, skinning, shapes)
 
-    def span(self) -> Tuple[float, float]:
-        """The range that the stage says, or that of all samples."""
+    def span(self) -> Optional[Tuple[float, float]]:
+        """The range that the stage says, or that of all samples; None if there are none."""
         authored = (attribute for prim in self._prims for attribute in prim.GetAuthoredAttributes())
         attributes = [attribute for attribute in authored if attribute.ValueMightBeTimeVarying()]
         if not attributes:
-            raise Problem("nothing in it moves")
+            return None
         if self._stage.HasAuthoredTimeCodeRange():
             return self._stage.GetStartTimeCode(), self._stage.GetEndTimeCode()
         samples = [sample for one in attributes for sample in one.GetTimeSamples()]

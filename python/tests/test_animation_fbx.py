@@ -223,7 +223,7 @@ def test_what_cannot_be_done_is_said_and_nothing_is_left(tmp_path):
     for words, code, said in (
         ([tmp_path / "none.fbx"], 4, "none.fbx: cannot be opened"),
         ([tmp_path / "not.fbx"], 4, "not.fbx: ufbx 0."),
-        ([tmp_path / "still.fbx"], 4, "still.fbx: nothing in it moves"),
+        ([tmp_path / "still.fbx"], 4, "still.fbx: nothing in it moves; -o with a .ply"),
         ([moving, "--object", "Moved"], 4, "there is no object 'Moved'; there are 'Cube'"),
         ([moving, "--frame-range", "3:3"], 4, "a motion has at least 2"),
         ([moving, "--frame-range", "0:1000000"], 4, "frames 0 to 1e+06 are 1,000,000, expected at most 100,000"),
@@ -242,3 +242,66 @@ def test_sweep_of_the_module_is_the_same(tmp_path):
     assert subprocess.run(swept, capture_output=True, check=True).stdout == b""
     for time in (0, 0.3, 1):
         assert np.array_equal(t4d.read(tmp_path / "swept.t4d").slice(time).vertices, mesh.slice(time).vertices)
+
+
+def test_a_scene_at_rest_is_one_triangle_mesh_of_its_first_frame(tmp_path):
+    """Of y up in centimetres, x y z is x -z y in metres."""
+    scene = fbx_text.Scene(up="y", metres=0.01)
+    scene.cube("Low")
+    scene.cube("High", **{"Lcl Translation": (0.0, 5.0, 0.0)})
+    scene.cube("Hidden", Visibility=0.0)
+    file = scene.save(tmp_path / "still.fbx")
+    both = np.concatenate([CORNERS, CORNERS + [0, 0, 5]]) / 100
+    for extension in ("ply", "vtp", "obj", "stl", "off", "glb", "gltf"):
+        output = tmp_path / f"still.{extension}"
+        done = run(file, "-o", output, "--json")
+        report = json.loads(done.stdout)
+        assert done.returncode == 3 and report["losses"] == ["hidden objects: 'Hidden'"], done.stderr
+        assert [body["name"] for body in report["bodies"]] == ["Low", "High"] and report["triangles"] == 24
+        mesh = t4d.read_triangles(output)
+        assert apart(mesh.vertices, both) < 1e-8 and abs(mesh.volume - 16e-6) < 1e-11, extension
+    done = run(file, "-o", output, "--object", "High", "-q")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    assert apart(t4d.read_triangles(output).vertices, both[8:]) < 1e-8
+    with pytest.warns(t4d.Loss, match="hidden objects: 'Hidden'"):
+        assert apart(t4d.read_triangles(file).vertices, both) < 1e-15
+
+
+def test_a_frame_of_a_motion_is_a_triangle_mesh(tmp_path):
+    file = moved(tmp_path, {0: 1, 1: 3})
+    for words, place in (([], 1), (["--frame-range", "12:12"], 2), (["--frame-range", "24:30"], 3)):
+        assert run(file, "-o", tmp_path / "one.ply", *words).returncode == 0
+        assert apart(t4d.read_triangles(tmp_path / "one.ply").vertices, CORNERS + [place, 0, 0]) < 1e-5
+    for words, said in ((["one.ply", "--mend"], "--mend is an option of t4d sweep"), (["one.xyz"], "expected a name")):
+        done = run(file, "-o", *words)
+        assert done.returncode == 2 and said in done.stderr, done.stderr
+
+
+def test_verbs_take_the_solids_of_a_scene(tmp_path):
+    scene = fbx_text.Scene()
+    cube, _ = scene.mesh("Cube", *fbx_text.CUBE, layers=(
+        "LayerElementMaterial: 0 {\nMappingInformationType: \"AllSame\"\n"
+        'ReferenceInformationType: "IndexToDirect"\n' + fbx_text.numbers("Materials", [0]) + "}\n"
+        'Layer: 0 {\nLayerElement: {\nType: "LayerElementMaterial"\nTypedIndex: 0\n}\n}\n'))  # fmt: skip
+    scene.connect(scene.add("Material", "Material::Red"), cube)
+    file = scene.save(tmp_path / "part.fbx")
+    (tmp_path / "up.json").write_text('{"segments": [{"duration": 1, "translation": [0, 0, 3]}]}')
+    words = [sys.executable, "-m", "t4d", "sweep", "part.fbx", "--motion=up.json", "-o", "up.t4d"]
+    done = subprocess.run(words, capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    mesh = t4d.read(tmp_path / "up.t4d")
+    assert mesh.names == ["part"] and abs(mesh.slice(0.5).vertices[:, 2].max() - 2.5) < 1e-12
+    assert (mesh.slice(0.5, light=True).triangle_attributes["material"] == 1).all()
+    opened = fbx_text.Scene()
+    opened.mesh("Open", fbx_text.CUBE[0], fbx_text.CUBE[1][1:])
+    opened.save(tmp_path / "open.fbx")
+    words[4] = "open.fbx"
+    done = subprocess.run(words, capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert done.returncode == 4 and done.stderr.startswith("t4d: open.fbx: the mesh is open")
+    assert "try: python3 -m t4d mend open.fbx -o ./open-mended.ply" in done.stderr and "/tmp" not in done.stderr
+    assert t4d.mend(t4d.read_triangles(tmp_path / "open.fbx")).closed
+    assert t4d.verbs.mend(tmp_path / "open.fbx", output=t4d.TriangleMesh).mesh.closed
+    assert t4d.sweep(moved(tmp_path, {0: 0, 1: 2})).names == ["Cube"]
+    with pytest.raises(t4d.VerbError, match="none.fbx: cannot be opened") as raised:
+        t4d.verbs.mend("none.fbx", output="none.ply")
+    assert raised.value.exit_code == 4

@@ -6,16 +6,17 @@ import sys
 
 import pytest
 
-from t4d import blender
-from t4d.__main__ import animation_of
+from t4d import scenes
+from t4d.converted import animation_of, is_needed
+from t4d.errors import Unsupported
 
 
 def readers(monkeypatch, file, installed=(), program=None):
     """The names and modules of those that read a file."""
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: name in installed or None)
     monkeypatch.setattr(shutil, "which", lambda name: f"/bin/{name}" if name in installed else None)
-    monkeypatch.setattr(blender, "_addon", lambda: "addon.zip")
-    return [(one.name, one.module, one.command[0]) for one in blender._readers(file, program)]
+    monkeypatch.setattr(scenes, "_addon", lambda: "addon.zip")
+    return [(one.name, one.module, one.command[0]) for one in scenes.readers(file, program)]
 
 
 def test_a_library_made_for_the_format_comes_before_blender(monkeypatch):
@@ -37,11 +38,11 @@ def test_a_library_made_for_the_format_comes_before_blender(monkeypatch):
 
 def test_what_is_missing_is_named(monkeypatch):
     for file, said in (("a.fbx", "pip install ufbx, or bpy"), ("a.usd", "pip install usd-core, or bpy"),
-                       ("a.dae", "pip install bpy, or --blender PROGRAM")):  # fmt: skip
-        with pytest.raises(blender._Problem, match=said) as raised:
+                       ("a.dae", "pip install bpy, or a Blender: t4d-blender --blender PROGRAM")):  # fmt: skip
+        with pytest.raises(Unsupported, match=said) as raised:
             readers(monkeypatch, file)
-        assert "Blender is not found" in str(raised.value) and raised.value.code == 1
-    with pytest.raises(blender._Problem, match="other is not found"):
+        assert f"{file}: Blender is not found" in str(raised.value)
+    with pytest.raises(Unsupported, match="other is not found"):
         readers(monkeypatch, "a.fbx", ["ufbx"], "other")
 
 
@@ -54,5 +55,14 @@ def test_sweep_hands_over_animations_but_no_solid_that_a_motion_moves():
         ("bolt.fbx --motion=screw.json -o bolt.t4d", None),
         ("machine.glb -o machine.t4d", None),
         ("a.fbx b.fbx -o c.t4d", None),
+        ("bolt.glb -o a.usda", None),
     ):
-        assert animation_of(words.split()) == (given and given.split()), words
+        assert animation_of(words.split()) == (given or "").split(), words
+
+
+def test_scenes_are_inputs_but_no_outputs():
+    for words, scene in (("part.fbx -o part.ply", True), ("a.t4d --tool=cutter.usdz -o b.t4d", True),
+                         ("a.t4d --tool CUTTER.DAE -o b.t4d", True), ("a.t4d -o a.usda", False),
+                         ("a.t4d --output a.usdz", False), ("a.t4d --output=a.usdz", False),
+                         ("a.glb -o b.ply", False)):  # fmt: skip
+        assert is_needed(words.split()) == scene, words

@@ -267,3 +267,27 @@ def test_what_cannot_be_done_is_said_and_nothing_is_left(tmp_path):
     assert not (tmp_path / "kept.t4d").exists()
     mesh, report = door(tmp_path / "timeless.usda", "--fps", 12)
     assert report["fps"] == 12 and np.allclose(mesh.time_span, (0, 1))
+
+
+def test_a_stage_at_rest_is_one_triangle_mesh_in_metres_with_its_attributes(tmp_path):
+    """Of y up, x y z is x -z y. What has no colour is white."""
+    for extension in ("usda", "usdc", "usdz"):
+        file = tmp_path / f"still.{extension}"
+        stage = new(tmp_path / "packed.usdc" if extension == "usdz" else file, up="Y", metres=0.1)
+        red = mesh_at(stage, "/Red")
+        red.CreateDisplayColorAttr([(1, 0, 0)])
+        UsdGeom.Xformable(mesh_at(stage, "/Plain")).AddTranslateOp().Set(Gf.Vec3d(0, 5, 0))
+        stage.Save()
+        if extension == "usdz":
+            UsdUtils.CreateNewUsdzPackage(Sdf.AssetPath(str(tmp_path / "packed.usdc")), str(file))
+        with pytest.warns(UserWarning, match="1 of 2 objects have no 'color:corners'"):
+            mesh = t4d.read_triangles(file)
+        assert apart(mesh.vertices, np.concatenate([CORNERS, CORNERS + [0, 0, 5]]) / 10) < 1e-7
+        colors = mesh.triangle_attributes["color:corners"].reshape(-1, 12)
+        assert sorted(map(tuple, colors)) == 12 * [3 * (1, 0, 0, 1)] + 12 * [12 * (1,)]
+    done = run(tmp_path / "still.usda", "-o", tmp_path / "still.usda")
+    assert done.returncode == 2 and "is the input, which is never replaced" in done.stderr
+    done = run(tmp_path / "still.usdc", "-o", tmp_path / "still.vtp", "--frame-range", "7:7")
+    assert done.returncode == 0 and "note: 1 of 2 objects" in done.stderr
+    with pytest.warns(t4d.Loss, match="data that are not read: color_corners"):
+        assert np.array_equal(t4d.read_triangles(tmp_path / "still.vtp").vertices, mesh.vertices)

@@ -83,9 +83,9 @@ def notes_of(path: str) -> List[str]:
     return []
 
 
-def span_of(path: str) -> Tuple[float, float]:
+def span_of(path: str) -> Optional[Tuple[float, float]]:
     """The first and the last frame of the current scene, made of a file: those that a .blend or a cache says, those
-    of the one take of an .fbx, otherwise those of the curves in use. Raises Problem if nothing in it moves."""
+    of the one take of an .fbx, otherwise those of the curves in use. None if nothing in it moves."""
     scene = bpy.context.scene
     if path.lower().endswith(".blend") or bpy.data.cache_files:
         return scene.frame_start, scene.frame_end
@@ -97,7 +97,7 @@ def span_of(path: str) -> Tuple[float, float]:
         strips = [strip for track in moved.nla_tracks if not track.mute for strip in track.strips]
         spans += [(strip.frame_start, strip.frame_end) for strip in strips]
     if not spans:
-        raise Problem("nothing in it moves")
+        return None
     if path.lower().endswith(".fbx"):
         spans = _take_of(path) or spans
     ends = min(begin for begin, _ in spans), max(end for _, end in spans)

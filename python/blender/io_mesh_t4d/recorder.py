@@ -74,8 +74,8 @@ class Scene(Protocol):
 class File(Scene, Protocol):
     """A scene in a file."""
 
-    def span(self) -> Tuple[float, float]:
-        """The first and the last frame. Raises Problem if nothing in it moves."""
+    def span(self) -> Optional[Tuple[float, float]]:
+        """The first and the last frame; None if nothing in it moves."""
         ...
 
     def notes(self) -> List[str]:
@@ -177,6 +177,14 @@ class Recorder:
             self.open = {key: track for key, track in self.open.items() if key in right}  # the others vanish
             self._add(b, right)
             left = right
+        self._check()
+
+    def record_still(self, frame: float) -> None:
+        """One key. Raises Problem if there is nothing to record."""
+        self._add(frame, self.scene.at(frame))
+        self._check()
+
+    def _check(self) -> None:
         if not self.tracks:
             raise Problem("no visible object has faces")
 
@@ -277,13 +285,19 @@ def record_file(request: Dict[str, Any], opened: Callable[[Dict[str, Any]], File
     in `problem.txt`, why that cannot be done."""
     try:
         file = opened(request)
-        first, last = request["frame_range"] or file.span()
+        span = request["frame_range"] or file.span()
+        if span is None and not request["still"]:
+            raise Problem("nothing in it moves; -o with a .ply or another triangle mesh writes the solids at rest")
+        first, last = span or (0, 0)
         recorder = Recorder(file, request["folder"], request["tolerance"])
 
         def say(frame: float) -> None:
             print(f"frame {frame:g} of {last:g}", file=sys.stderr, flush=True)
 
-        recorder.record(first, last, request["step"], say)
+        if request["still"]:
+            recorder.record_still(first)
+        else:
+            recorder.record(first, last, request["step"], say)
         recorder.finish(os.path.basename(request["file"]), request["fps"], file.notes())
     except Problem as problem:
         with open(os.path.join(request["folder"], "problem.txt"), "w", encoding="utf-8") as text:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Dict, List, Tuple
+from typing import Any, Dict, List, Optional, Tuple
 
 import bpy
 
@@ -19,7 +19,7 @@ class File(Scene):
         open_file(self.path, request["fps"])
         super().__init__(bpy.context, request["objects"])
 
-    def span(self) -> Tuple[float, float]:
+    def span(self) -> Optional[Tuple[float, float]]:
         return span_of(self.path)
 
     def notes(self) -> List[str]:
