@@ -111,8 +111,10 @@ def _sweep(options: argparse.Namespace, words: Sequence[str], say: Callable[[str
             done = recorded.save(folder, options.output, words, options.voxel_size, say)
         except VerbError as error:
             named = "" if error.exit_code == _USAGE else f"{options.file}: "
-            hint = "" if words or error.exit_code != _INVALID else "\nt4d: try: --mend, or --caps cone"
-            raise _Problem(f"{named}{error}{hint}", error.exit_code) from None
+            advice = error.advice if isinstance(error, recorded.NoSolids) else ""
+            raise _Problem("\nt4d: try: ".join([f"{named}{error}", *filter(None, [advice])]), error.exit_code) from None
+        except InvalidInput as error:
+            raise _Problem(f"{options.file}: {error}", _INVALID) from None
     return done._replace(notes=[*notes, *done.notes])
 
 
@@ -156,6 +158,8 @@ def _print(options: argparse.Namespace, done: recorded.Recorded, seconds: float)
         print(f"t4d: note: {note}", file=sys.stderr)
     for loss in done.losses:
         print(f"t4d: lost: {loss}", file=sys.stderr)
+    if done.advice:
+        print(f"t4d: try: {done.advice}", file=sys.stderr)
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:

@@ -305,3 +305,76 @@ def test_verbs_take_the_solids_of_a_scene(tmp_path):
     with pytest.raises(t4d.VerbError, match="none.fbx: cannot be opened") as raised:
         t4d.verbs.mend("none.fbx", output="none.ply")
     assert raised.value.exit_code == 4
+
+
+def shifted(points, x, y=0, z=0):
+    return [value + (x, y, z)[at % 3] for at, value in enumerate(points)]
+
+
+def test_advice_makes_solids_of_what_was_lost(tmp_path):
+    """An open box, a sheet and two boxes in one object that cross each other, all moved by 2 along x, and a box whose
+    parts cross each other and grow by a blend shape."""
+    points, faces = fbx_text.CUBE
+    both = [*faces, *([corner + 8 for corner in one] for one in faces)]
+    scene = fbx_text.Scene()
+    good = scene.cube("Good")
+    open_, _ = scene.mesh("Open", shifted(points, 0, 10), faces[1:])
+    sheet, _ = scene.mesh("Sheet", shifted(points, 0, 20), faces[:1])
+    crossed, _ = scene.mesh("Crossed", points + shifted(points, 1, 1, 1), both)
+    _, geometry = scene.mesh("Grown", shifted(points, 0, 30) + shifted(points, 1, 31, 1), both)
+    channel = scene.shape(geometry, {vertex: (0, 0, 1) for vertex in range(4, 8)})
+    _, base = scene.take("Take", 0, 0.25)
+    for model in (good, open_, sheet, crossed):
+        scene.curve(base, model, "Lcl Translation", "d|X", {0: 0, 0.25: 2})
+    scene.curve(base, channel, "DeformPercent", "d|DeformPercent", {0: 0, 0.25: 100})
+    file = scene.save(tmp_path / "lost.fbx")
+    done = run(file, "-o", tmp_path / "lost.t4d")
+    assert done.returncode == 3 and t4d.read(tmp_path / "lost.t4d").names == ["Good"]
+    advice = done.stderr.splitlines()[-1]
+    assert advice.startswith("t4d: try: --mend --thicken 0.01 --bodies component") and "/tmp" not in done.stderr
+    mesh, report = door(file, *advice.split()[2:])
+    assert mesh.names == ["Good", "Open", "Sheet", "Crossed 1", "Crossed 2", "Grown 1", "Grown 2"]
+    assert not report["losses"] and all(body.check(deep=True)["valid"] for body in mesh)
+    assert [body["way"] for body in report["bodies"]] == 3 * ["poses"] + 4 * ["keys"]
+    for name, volume in (("Good", 8), ("Open", 8), ("Sheet", 0.04), ("Crossed 1", 8), ("Grown 1", 10), ("Grown 2", 8)):
+        assert abs(mesh[name].slice(0.125).volume - volume) < 1e-6, name
+    alone = door(file, "--object", "Crossed", "--mend")[0]  # the outer surface of both
+    assert alone.names == ["Crossed"] and abs(alone.slice(0.1).volume - 15) < 1e-6
+    done = run(file, "-o", tmp_path / "lost.t4d", "--object", "Sheet", "--mend")
+    assert done.returncode == 4 and done.stderr.splitlines()[-1] == "t4d: try: --thicken 0.01"
+
+
+def test_one_component_keeps_its_name_and_others_take_none(tmp_path):
+    points, faces = fbx_text.CUBE
+    both = [*faces, *([corner + 8 for corner in one] for one in faces)]
+    scene = fbx_text.Scene()
+    _, base = scene.take("Take", 0, 0.25)
+    for name, x in (("Box", 0), ("Box 1", 9)):
+        model, _ = scene.mesh(name, shifted(points, x) + shifted(points, x + 4), both)
+        scene.curve(base, model, "Lcl Translation", "d|X", {0: 0, 0.25: 2})
+    scene.curve(base, scene.cube("Box 3"), "Lcl Rotation", "d|X", {0: 0, 0.25: 90})
+    mesh, report = door(scene.save(tmp_path / "boxes.fbx"), "--bodies", "component")
+    assert mesh.names == ["Box part 1", "Box part 2", "Box 1 1", "Box 1 2", "Box 3"]
+    assert report["bodies"][-1]["way"] == "poses"
+
+
+def test_a_union_is_one_solid_of_all_objects(tmp_path):
+    """Two boxes, of which one goes into the other: a voxel or less from the closed form."""
+    scene = fbx_text.Scene()
+    scene.cube("Still")
+    moving = scene.cube("Moving")
+    _, base = scene.take("Take", 0, 0.25)
+    scene.curve(base, moving, "Lcl Translation", "d|X", {0: 3, 0.25: 1})
+    file = scene.save(tmp_path / "union.fbx")
+    mesh, report = door(file, "--union", "--voxel-size", 0.125)
+    assert mesh.names == ["union"] and mesh.check()["valid"]
+    for time in (0.05, 0.2):
+        overlap = max(0, 2 - (3 - 2 * time / 0.25))
+        assert abs(mesh.slice(time).volume - (16 - 4 * overlap)) < 24 * 0.125, time
+    ghost = fbx_text.Scene()
+    model = ghost.cube("Ghost")
+    ghost.cube("Still")
+    _, base = ghost.take("Take", 0, 0.25)
+    ghost.curve(base, model, "Visibility", "d|Visibility", {0: 1, 0.125: 0}, kind=fbx_text.CONSTANT)
+    done = run(ghost.save(tmp_path / "ghost.fbx"), "--union", "-o", tmp_path / "ghost.t4d")
+    assert done.returncode == 4 and "ghost.fbx: the object 'Ghost' is there at frames 0 to 2, not 0 to 6" in done.stderr

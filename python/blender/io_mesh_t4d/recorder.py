@@ -268,9 +268,11 @@ class Recorder:
         """Writes what the arrays are; frames become seconds by the scene's rate or another."""
         bodies = []
         for track in self.tracks:
-            far = track.screw if track.rigid else track.straight
-            bodies.append({"name": track.name, "rigid": track.rigid, "keys": without_rests(track.keys),
-                           "distance": far.most, "distance_frame": far.frame})  # fmt: skip
+            lines, screws = track.straight, track.screw
+            bodies.append({
+                "name": track.name, "rigid": track.rigid, "keys": without_rests(track.keys),
+                "from_lines": (lines.most, lines.frame), "from_screws": (screws.most, screws.frame),
+            })  # fmt: skip
         about = {
             "source": source, "reader": self.scene.reader, "fps": fps or self.scene.fps,
             "metres": self.metres, "materials": self.scene.materials, "losses": self.scene.losses(),
