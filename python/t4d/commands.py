@@ -246,7 +246,7 @@ def run_words(
     at most, if they are given. Returns its report, or its text. Raises and warns as ``run``."""
     verb = words[0]
     has_json = not text and "json" in options_of(verb)
-    through = converted.is_needed(words[1:]) or (verb == "weave" and _is_door(words[1:], cwd or ""))
+    through = converted.is_needed(words[1:], cwd or "") or (verb == "weave" and _is_door(words[1:], cwd or ""))
     first, environment = _door() if through else ([program()], None)
     command = [*first, verb, *(["--json"] if has_json else []), *words[1:]]
     with subprocess.Popen(

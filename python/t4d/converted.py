@@ -1,13 +1,13 @@
-"""Words of the program whose inputs are scenes of other programs, which it does not read: their solids at rest become
-triangle meshes in temporary files (``t4d.still``)."""
+"""Words of the program whose inputs are scenes of other programs, which it does not read, or robots made of these:
+their solids at rest become triangle meshes in temporary files (``t4d.still``, ``t4d.robots``)."""
 
 from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
+from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence
 
-from t4d import scenes, still
+from t4d import robots, scenes, still
 from t4d.triangles import TriangleMesh
 
 _OUTPUTS = ("-o", "--output")
@@ -22,15 +22,16 @@ class Converted(NamedTuple):
     losses: List[str]
 
 
-def is_needed(words: Sequence[str]) -> bool:
-    """Whether the words after a verb name a scene as an input."""
-    return any(True for _ in _inputs(words))
+def is_needed(words: Sequence[str], folder: str = "") -> bool:
+    """Whether the words after a verb, which runs in a folder, name such an input."""
+    names = [word[len(option) :] for word, option in zip(words, _options(words)) if option is not None]
+    return any(scenes.is_scene(name) or robots.is_needed(os.path.join(folder, name)) for name in names)
 
 
 def animation_of(words: Sequence[str]) -> List[str]:
     """What t4d-blender is given if the words after sweep name an animation, not a solid that something else moves;
     nothing otherwise."""
-    files = [words[at] for at, option in _inputs(words) if not option]
+    files = [word for word, option in zip(words, _options(words)) if option == "" and scenes.is_scene(word)]
     if len(files) != 1 or any(word.partition("=")[0] in ("-m", "--motion") for word in words):
         return []
     return [files[0], *(word for word in words if word != files[0])]
@@ -39,26 +40,44 @@ def animation_of(words: Sequence[str]) -> List[str]:
 def convert(words: Sequence[str], folder: Path) -> Converted:
     """The words, a verb and what follows, with meshes in the folder. Raises Error."""
     made = Converted(list(words), {}, [], [])
-    for number, (at, option) in enumerate(_inputs(words)):
-        name = words[at].removeprefix(option)
-        found = still.read(name)
-        place = folder / str(number) / f"{Path(name).stem}.vtp"
-        place.parent.mkdir()
-        attributes = found.attributes if words[0] == "sweep" else {}  # no other verb keeps them
-        TriangleMesh(found.vertices, found.triangles, {}, attributes).save(place, attributes=True)
-        made.words[at] = f"{option}{place}"
-        made.names[str(place)] = name
-        made.names[str(place.parent)] = os.path.dirname(name) or "."  # where the program proposes an output
-        made.notes.extend(f"{name}: {note}" for note in found.notes)
-        made.losses.extend(f"{name}: {loss}" for loss in found.losses)
+    for at, option in enumerate(_options(words)):
+        name, home = words[at][len(option or "") :], folder / str(at)
+        if option is None or not (scenes.is_scene(name) or robots.is_needed(name)):
+            continue
+        home.mkdir()
+        if scenes.is_scene(name):
+            place = _save(name, home, made, attributes=words[0] == "sweep")  # no other verb keeps them
+        else:
+            robot = robots.convert(name, home, "visual" if "visual" in _values(words, "--geometry") else "collision")
+            place = robot.path
+            made.names.update(robot.names)
+            made.losses.extend(robot.losses)
+        made.words[at] = option + place
+        made.names[f"{home}{os.sep}"] = os.path.join(os.path.dirname(name), "")  # where the program proposes an output
     return made
 
 
-def _inputs(words: Sequence[str]) -> Iterator[Tuple[int, str]]:
-    """Where words end in the name of a scene, and what is before the name: the option, as --tool=, or nothing."""
-    for at, (before, word) in enumerate(zip(["", *words], words)):
+def _save(name: str, home: Path, made: Converted, attributes: bool) -> str:
+    found = still.read(name)
+    place = home / f"{Path(name).stem}.vtp"
+    kept = found.attributes if attributes else {}
+    TriangleMesh(found.vertices, found.triangles, {}, kept).save(place, attributes=True)
+    made.names[str(place)] = name
+    made.notes.extend(f"{name}: {note}" for note in found.notes)
+    made.losses.extend(f"{name}: {loss}" for loss in found.losses)
+    return str(place)
+
+
+def _options(words: Sequence[str]) -> Iterator[Optional[str]]:
+    """Of each word, what is before the name of an input in it, as --tool=, or nothing; None if it is an option alone,
+    or the name of an output."""
+    for before, word in zip(["", *words], words):
         option = word[: word.find("=") + 1] if word.startswith("--") else ""
         is_output = before in _OUTPUTS or option.rstrip("=") in _OUTPUTS
-        is_option = word[:1] == "-" and not option
-        if scenes.is_scene(word) and not is_output and not is_option:
-            yield at, option
+        yield None if is_output or (word[:1] == "-" and not option) else option
+
+
+def _values(words: Sequence[str], option: str) -> List[str]:
+    """What an option is given as."""
+    apart = [word for before, word in zip(words, words[1:]) if before == option]
+    return [*apart, *(word[len(option) + 1 :] for word in words if word.startswith(f"{option}="))]

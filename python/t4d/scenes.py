@@ -76,6 +76,8 @@ def readers(file: str, program: Optional[str] = None) -> List[Reader]:
                       "--python-expr"])  # fmt: skip
     if not found:
         way = f"pip install {package}, or bpy" if package else "pip install bpy"
+        if extension_of(file) == ".dae":
+            way = "pip install pycollada, for what is at rest, or bpy before version 5"
         raise Unsupported(f"{program or 'Blender'} is not found, which reads it\nt4d: try: {way}, or a Blender: "
                           "t4d-blender --blender PROGRAM", file)  # fmt: skip
     return [Reader("Blender", command, _addon(), "io_mesh_t4d.recording") for command in found]

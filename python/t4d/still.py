@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import tempfile
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Any, Callable, Dict, List, NamedTuple, Tuple
 import numpy as np
 from numpy.typing import NDArray
 
-from t4d import scenes
+from t4d import collada_mesh, scenes
 from t4d.scenes import Request
 
 
@@ -29,6 +30,9 @@ class Still(NamedTuple):
 
 def read(path: str, request: Request = Request(still=True), say: Callable[[str], None] = lambda text: None) -> Still:
     """The solids that a file shows at the first frame of the request. Raises Error."""
+    if scenes.extension_of(path) == ".dae" and request == Request(still=True) and importlib.util.find_spec("collada"):
+        mesh = collada_mesh.read(path, upright=True)
+        return Still(*_one_at_a_place(mesh.vertices, mesh.triangles)[:2], {}, mesh.names, [], [], mesh.losses)
     with tempfile.TemporaryDirectory(prefix="t4d-") as folder:
         notes = scenes.record(path, request, folder, say)
         still = _of(Path(folder))
@@ -61,14 +65,21 @@ def _of(folder: Path) -> Still:
         count += len(places[-1])
     attributes, notes = _together(faces)
     vertices = np.concatenate(places) * float(scene["metres"])
-    kept, number = merged(vertices)
-    triangles = number[np.concatenate([own["triangles"] for own in faces])]
-    left = whole(triangles)
-    used, corners = np.unique(triangles[left], return_inverse=True)
+    vertices, triangles, left = _one_at_a_place(vertices, np.concatenate([own["triangles"] for own in faces]))
     return Still(
-        vertices[kept][used], corners.reshape(-1, 3), {name: values[left] for name, values in attributes.items()},
+        vertices, triangles, {name: values[left] for name, values in attributes.items()},
         [body["name"] for body in scene["bodies"]], scene["materials"], [*scene["notes"], *notes], scene["losses"],
     )  # fmt: skip
+
+
+def _one_at_a_place(
+    vertices: NDArray[np.float64], triangles: NDArray[Any]
+) -> Tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.bool_]]:
+    """The vertices that triangles use, the triangles that are left, and which these are."""
+    kept, number = merged(vertices)
+    left = whole(number[triangles])
+    used, corners = np.unique(number[triangles][left], return_inverse=True)
+    return vertices[kept][used], corners.reshape(-1, 3), left
 
 
 def _together(faces: List[Dict[str, NDArray[Any]]]) -> Tuple[Dict[str, NDArray[Any]], List[str]]:

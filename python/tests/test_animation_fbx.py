@@ -298,7 +298,7 @@ def test_verbs_take_the_solids_of_a_scene(tmp_path):
     words[4] = "open.fbx"
     done = subprocess.run(words, capture_output=True, text=True, check=False, cwd=tmp_path)
     assert done.returncode == 4 and done.stderr.startswith("t4d: open.fbx: the mesh is open")
-    assert "try: python3 -m t4d mend open.fbx -o ./open-mended.ply" in done.stderr and "/tmp" not in done.stderr
+    assert "try: python3 -m t4d mend open.fbx -o open-mended.ply" in done.stderr and "/tmp" not in done.stderr
     assert t4d.mend(t4d.read_triangles(tmp_path / "open.fbx")).closed
     assert t4d.verbs.mend(tmp_path / "open.fbx", output=t4d.TriangleMesh).mesh.closed
     assert t4d.sweep(moved(tmp_path, {0: 0, 1: 2})).names == ["Cube"]

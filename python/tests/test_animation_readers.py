@@ -38,7 +38,8 @@ def test_a_library_made_for_the_format_comes_before_blender(monkeypatch):
 
 def test_what_is_missing_is_named(monkeypatch):
     for file, said in (("a.fbx", "pip install ufbx, or bpy"), ("a.usd", "pip install usd-core, or bpy"),
-                       ("a.dae", "pip install bpy, or a Blender: t4d-blender --blender PROGRAM")):  # fmt: skip
+                       ("a.abc", "pip install bpy, or a Blender: t4d-blender --blender PROGRAM"),
+                       ("a.dae", "pip install pycollada, for what is at rest, or bpy before version 5")):  # fmt: skip
         with pytest.raises(Unsupported, match=said) as raised:
             readers(monkeypatch, file)
         assert f"{file}: Blender is not found" in str(raised.value)
