@@ -1,5 +1,6 @@
 // Files in parts (.t4dm): the manifest, and web/reader, which opens one like a single .t4d.
 import assert from 'node:assert/strict';
+import { File } from 'node:buffer';  // not global before Node 20
 import { once } from 'node:events';
 import { readFileSync, renameSync, writeFileSync } from 'node:fs';
 import http from 'node:http';
