@@ -47,13 +47,15 @@ def _for_one(body: RecordedBody, words: Sequence[str], voxel_size: Optional[floa
     """The least that helps one body: what mends a rigid one, otherwise what the program says of its keys."""
     if body.way == "voxels":
         return {}
-    if body.way == "poses":
+    try:
         thickness = {"--thicken": f"{float(f'{_THICKNESS * body.size():.0e}'):g}"}
-        for options in ({"--mend": ""}, {"--mend": "", **thickness}):
+        for options in ({"--mend": ""}, {"--mend": "", **thickness}) if body.way == "poses" else ():
             added = {name: value for name, value in options.items() if name not in words}
             if added and _works(body, [*words, *_words(added)], voxel_size):
                 return added
-    found = re.search("^try: (--.+)", body.refusal(), re.MULTILINE)
+        found = re.search("^try: (--.+)", body.refusal(), re.MULTILINE)
+    except Error:
+        return {}  # it has no keys that could be swept
     return _parsed(found[1]) if found else {}
 
 

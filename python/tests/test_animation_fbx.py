@@ -344,6 +344,22 @@ def test_advice_makes_solids_of_what_was_lost(tmp_path):
     assert done.returncode == 4 and done.stderr.splitlines()[-1] == "t4d: try: --thicken 0.01"
 
 
+def test_what_nothing_helps_is_lost_alone(tmp_path):
+    """Two boxes that share the places of a side at first, and part later."""
+    points, faces = fbx_text.CUBE
+    both = [*faces, *([corner + 8 for corner in one] for one in faces)]
+    scene = fbx_text.Scene()
+    scene.cube("Good")
+    _, geometry = scene.mesh("Parting", points + shifted(points, 2), both)
+    channel = scene.shape(geometry, {vertex: (3, 0, 0) for vertex in range(8, 16)})
+    _, base = scene.take("Take", 0, 0.25)
+    scene.curve(base, channel, "DeformPercent", "d|DeformPercent", {0: 0, 0.25: 100})
+    _, report = door(scene.save(tmp_path / "parting.fbx"), code=3)
+    (loss,) = report["losses"]
+    assert loss.startswith("the body 'Parting': vertices that are at one place at first are")
+    assert [body["name"] for body in report["bodies"]] == ["Good"]
+
+
 def test_one_component_keeps_its_name_and_others_take_none(tmp_path):
     points, faces = fbx_text.CUBE
     both = [*faces, *([corner + 8 for corner in one] for one in faces)]

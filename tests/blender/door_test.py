@@ -309,6 +309,21 @@ def test_attributes_are_those_of_the_scene():
     assert apart(corners, places) == 0
 
 
+def test_a_scene_at_rest_is_one_triangle_mesh():
+    fresh(3)
+    box("Low")
+    box("High").location.z = 5
+    bpy.context.view_layer.update()
+    there = np.concatenate([vertices_of(bpy.data.objects[name]) for name in ("Low", "High")])
+    saved("still.blend")
+    bpy.ops.export_scene.gltf(filepath=os.path.abspath("still.glb"), export_animations=False)
+    for file in ("still.blend", "still.glb"):
+        done = run(file, "-o", "still.ply")
+        assert done.returncode == 0, done.stderr
+        mesh = t4d.read_triangles("still.ply")
+        assert apart(mesh.vertices, there) < 1e-6 and abs(mesh.volume - 16) < 1e-5, file
+
+
 def test_what_cannot_be_done_is_said_and_nothing_is_left():
     fresh(3)
     box("Still")
