@@ -93,6 +93,8 @@ def _check(options: argparse.Namespace, words: Sequence[str]) -> None:
             raise _Problem(f"--output: {options.output}: is the input, which is never replaced", _USAGE)
     if extension != ".t4d" and words:
         raise _Problem(f"{words[0]} is an option of t4d sweep, which makes a .t4d, not {options.output}", _USAGE)
+    if any(word.partition("=")[0] == "--part" for word in words):
+        raise _Problem("--part is for what t4d sweep reads itself: t4d-blender makes all parts at once", _USAGE)
     if options.take is not None and scenes.readers(options.file, options.blender)[0].name != "ufbx":
         raise _Problem("--take is for an .fbx that ufbx reads (pip install ufbx)", _USAGE)
 

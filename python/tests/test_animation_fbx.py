@@ -226,6 +226,7 @@ def test_what_cannot_be_done_is_said_and_nothing_is_left(tmp_path):
         ([tmp_path / "still.fbx"], 4, "still.fbx: nothing in it moves; -o with a .ply"),
         ([moving, "--object", "Moved"], 4, "there is no object 'Moved'; there are 'Cube'"),
         ([moving, "--frame-range", "3:3"], 4, "a motion has at least 2"),
+        ([moving, "--part", "1/2"], 2, "--part is for what t4d sweep reads itself"),
         ([moving, "--frame-range", "0:1000000"], 4, "frames 0 to 1e+06 are 1,000,000, expected at most 100,000"),
     ):
         done = run(*words, "-o", tmp_path / "kept.t4d")
