@@ -62,7 +62,8 @@ def _arguments() -> argparse.ArgumentParser:
         kind.__name__ = name  # of which argparse says that a value is none
     add = parser.add_argument
     add("file", metavar="FILE", help="file with a scene")
-    add("-o", "--output", metavar="FILE", required=True, help=f"output: .t4d, or a triangle mesh ({', '.join(_MESHES)})")
+    add("-o", "--output", metavar="FILE", required=True,
+        help=f"output: .t4d, or a triangle mesh ({', '.join(_MESHES)})")  # fmt: skip
     add("--object", metavar="NAME", action="append", default=[],
         help="only this object (repeatable; default: all that are visible)")  # fmt: skip
     add("--frame-range", metavar="A:B", type=_frames,
@@ -110,7 +111,7 @@ def _sweep(options: argparse.Namespace, words: Sequence[str], say: Callable[[str
     with tempfile.TemporaryDirectory(prefix="t4d-") as folder:
         notes = scenes.record(options.file, _request(options), folder, say)
         try:
-            done = recorded.save(folder, options.output, words, options.voxel_size, say)
+            done = recorded.save(folder, options.output, words, options.voxel_size, say, advised=True)
         except VerbError as error:
             named = "" if error.exit_code == _USAGE else f"{options.file}: "
             advice = error.advice if isinstance(error, recorded.NoSolids) else ""

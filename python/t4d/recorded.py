@@ -45,10 +45,11 @@ def save(
     words: Sequence[str] = (),
     voxel_size: Optional[float] = None,
     say: Callable[[str], None] = lambda text: None,
+    advised: bool = False,
 ) -> Recorded:
     """Writes a .t4d file of a recording, with a body for each of its own (``t4d.recorded_body``), or with --union one
-    of all. ``words`` are options for ``t4d sweep``. What is no solid is a loss, with advice; raises NoSolids if all
-    are."""
+    of all. ``words`` are options for ``t4d sweep``. What is no solid is a loss, with advice if that is wanted; raises
+    NoSolids if all are."""
     scene = json.loads((Path(folder) / "scene.json").read_text(encoding="utf-8"))
     notes, losses = list(scene["notes"]), list(scene["losses"])
     failures: List[Error] = []
@@ -76,7 +77,7 @@ def save(
             meshes.append(made.mesh)
             for name in made.mesh.names:
                 bodies.append({"name": name, "way": body.way, "keys": len(one["keys"]), **body.distance()})
-        found = advice.of(lost, words, voxel_size, say)
+        found = advice.of(lost, words, voxel_size, say) if advised else ""
         if not meshes:
             failed = any(getattr(error, "exit_code", 4) == 1 for error in failures)
             raise NoSolids("\n".join(losses), 1 if failed else 4, found)
