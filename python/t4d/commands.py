@@ -266,7 +266,7 @@ def run_words(
             _running.discard(process)
     lines = [line.removeprefix("t4d: ") for line in said.splitlines() if line and line != _HELP]
     code = process.returncode
-    if memory and code == 127:
+    if memory and (code == 127 or (code == -signal.SIGSEGV and not lines)):  # of the dynamic linker
         lines.append("the memory of the task is not enough to start the program")
     if code < 0 and _ended:
         raise SystemExit  # silent in a thread

@@ -70,7 +70,7 @@ def write_nrrd(frames: Frames, path: str) -> None:
     frames = frames.filled(0) if frames.padded else frames
     kind = np.result_type(frames.dtype, np.float32).newbyteorder("<")
     affine = np.eye(4) if frames.affine is None else frames.affine
-    x, y, z, origin = (f"({','.join(map(repr, column))})" for column in affine[:3].T.tolist())
+    x, y, z, origin = (f"({','.join(repr(float(one)) for one in column)})" for column in affine[:3].T)
     fields = {
         "type": "float" if kind.itemsize == 4 else "double", "dimension": 4, "space dimension": 3,
         "sizes": " ".join(map(str, (*frames.size, len(frames)))), "kinds": "space space space time",

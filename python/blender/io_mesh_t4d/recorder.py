@@ -259,7 +259,7 @@ class Recorder:
             self.saved[solid.faces] = self._save(triangles=faces.triangles, **faces.attributes)
         return self.saved[solid.faces]
 
-    def _save(self, **arrays: NDArray[Any]) -> str:
+    def _save(self, **arrays: Any) -> str:
         self.files += 1
         np.savez(os.path.join(self.folder, f"{self.files}.npz"), **arrays)
         return f"{self.files}.npz"
