@@ -28,7 +28,7 @@ const optionalOfMeshes = ['voxel_size', 'frames', 'symmetric_difference', 'hausd
 const isComparedMesh = (verb, where) =>
   verb === 'compare' && /^(#\/\$defs\/mesh|\/[ab]|\/convergence\/levels\/\d+)$/.test(where);
 const isOptional = (verb, where, key) => optional.includes(key) ||
-  (verb === 'sweep' && ['chord_bound', 'half_turns'].includes(key)) ||
+  (verb === 'sweep' && ['chord_bound', 'half_turns', 'voxel_size'].includes(key)) ||
   // Of a part; mill has none.
   (verb !== 'mill' && key === 'part') ||
   // Of files, of fields, or of manifests of frames.
@@ -175,6 +175,7 @@ const runs = [
   ['formats', [], 0],
   sweep('paper-cube', 'paper-screw', '--steps', 3, '--prism', 3, '-o', at('screw.t4d')),
   sweep('paper-cube', 'paper-voxel', '--backend', 'voxel4d', ...voxels, '-o', at('voxels.t4d')),
+  ['sweep', [fixture('bending_0.obj'), fixture('bending.pc2'), '--union', '--voxel-size', 2, '-n', 3, '-o', at('union.t4d')], 0],
   ['sweep', [fixture('bending_0.obj'), fixture('bending.pc2'), '-o', at('bending.t4d')], 0],
   ['sweep', [at('folding.gltf'), '--caps', 'cone', '-o', at('folding.t4d')], 0],
   ['sweep', [at('right.obj'), at('mirrored.obj'), '--frame-time', 1, '--caps', 'cone', '-o', at('folds.t4d')], 0],
