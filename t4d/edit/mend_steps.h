@@ -133,9 +133,6 @@ inline model::Point3 middleOf(std::span<const model::Point3> places, const Verte
   return 0.5 * places[origin[0]] + 0.5 * places[origin[1]];
 }
 
-/// Each vertex is a copy of itself.
-std::vector<VertexOrigin> ownOrigins(std::size_t vertices);
-
 /// A surface whose parts share neither edges nor vertices where they touch.
 struct SplitSurface {
   model::TriangleMesh mesh = {};

@@ -253,14 +253,9 @@ Result<bool> isSound(const TriangleMesh& mesh) {
   return crossings->none();
 }
 
-std::vector<VertexOrigin> ownOrigins(std::size_t vertices) {
-  std::vector<VertexOrigin> origins(vertices);
-  for (std::uint32_t i = 0; i < vertices; ++i) origins[i] = {i, i};
-  return origins;
-}
-
 SplitSurface splitWhereTouching(const TriangleMesh& mesh) {
-  SplitSurface split{mesh, ownOrigins(mesh.vertices.size())};
+  SplitSurface split{mesh};
+  for (std::uint32_t i = 0; i < mesh.vertices.size(); ++i) split.origins.push_back({i, i});
   divideNonManifoldEdges(split.mesh, split.origins);
   split.edges = split.origins.size() - mesh.vertices.size();
   split.copies = splitFans(split.mesh, split.origins, split.vertices);

@@ -161,15 +161,20 @@ Result<void> makeSolids(const SweepOptions& options, SweepInput& input, Observer
 }
 
 std::optional<SweepOptions> workingOptions(const SweepOptions& options) {
+  if (!std::holds_alternative<DeformationSweep>(options.what) &&
+      !std::holds_alternative<AnimationSweep>(options.what)) {
+    return std::nullopt;
+  }
   SweepOptions plain = options;
   plain.mending.reset();
   plain.components = false;
   const auto input = readQuietly(plain);
-  const auto* moving = input ? std::get_if<BodiesWithKeys>(&input->moving) : nullptr;
-  if (moving == nullptr || moving->mechanism) return std::nullopt;
+  if (!input) return std::nullopt;
   std::vector<std::optional<double>> thicknesses = {options.mending ? options.mending->thicken
                                                                     : std::nullopt};
-  if (!thicknesses.front()) thicknesses.push_back(usualThickness(moving->bodies));
+  if (!thicknesses.front()) {
+    thicknesses.push_back(usualThickness(std::get<BodiesWithKeys>(input->moving).bodies));
+  }
   struct Way {
     bool mend;
     bool components;
