@@ -17,6 +17,7 @@ def options(attack):
                         "-5", "99999999999999999999", "\x1b[2J"])
     file = attack.pick("t4d")
     mesh, motion = attack.pick("obj"), attack.pick("motion")
+    animated = attack.folder / "seeds/animated.glb"
     out = attack.path("out.t4d")
     return rng.choice([
         Run(["slice", file, f"--time={value}"], [file]),
@@ -32,6 +33,9 @@ def options(attack):
         Run(["sweep", mesh, "-m", motion, f"--rv-min={value}", "-o", out], [mesh, motion], out),
         Run(["sweep", mesh, "-m", motion, f"--max-deviation={value}", "-o", out],
             [mesh, motion], out),
+        Run(["sweep", animated, "--mend", f"--{rng.choice(['thicken', 'max-hole', 'weld'])}={value}",
+             *rng.choice([[], ["--bodies", "component"], ["--caps", "cone"]]), "-o", out], [animated], out),
+        Run(["sweep", animated, "--union", "-n", 2, f"--voxel-size={value}", "-o", out], [animated], out),
         Run(["weave", *attack.seeds["vdb"], f"--frame-time={value}", "--start-time",
              repr(attack.extreme()), "-o", out], attack.seeds["vdb"], out),
         Run(["weave", *attack.seeds["vdb"], f"--iso={value}", "-o", out], attack.seeds["vdb"], out),
