@@ -5,54 +5,20 @@
 
 #include "t4d/edit/derived_keys.h"
 #include "t4d/edit/mend_steps.h"
+#include "t4d/edit/mesh_part.h"
 #include "t4d/measure/winding_number.h"
-#include "t4d/model/attribute_rows.h"
-#include "t4d/model/no_index.h"
 
 namespace t4d::edit {
 namespace {
 
 using model::Point3;
-using model::Triangle;
 using model::TriangleMesh;
-
-/// A part of a mesh, and its vertices by their numbers there.
-struct Part {
-  TriangleMesh mesh;
-  std::vector<std::uint32_t> vertices = {};
-};
-
-/// `number` has kNoIndex for all vertices, also afterwards.
-Part partOf(const TriangleMesh& mesh, const std::vector<std::uint32_t>& triangles,
-            std::vector<std::uint32_t>& number) {
-  Part part;
-  for (const std::uint32_t i : triangles) {
-    Triangle triangle = mesh.triangles[i];
-    for (std::uint32_t& corner : triangle) {
-      if (number[corner] == model::kNoIndex) {
-        number[corner] = static_cast<std::uint32_t>(part.vertices.size());
-        part.vertices.push_back(corner);
-        part.mesh.vertices.push_back(mesh.vertices[corner]);
-      }
-      corner = number[corner];
-    }
-    part.mesh.triangles.push_back(triangle);
-  }
-  for (const std::uint32_t vertex : part.vertices) number[vertex] = model::kNoIndex;
-  for (const model::Attribute& attribute : mesh.attributes) {
-    const bool ofVertices = attribute.domain == model::Domain::Vertex;
-    part.mesh.attributes.push_back(
-        model::rowsOf(attribute, ofVertices ? part.vertices : triangles));
-  }
-  return part;
-}
 
 /// Adds each cavity to the smallest component around it.
 void addCavities(const TriangleMesh& placed, std::vector<Component>& components) {
-  std::vector<std::uint32_t> number(placed.vertices.size(), model::kNoIndex);
   std::vector<TriangleMesh> alone;
   for (const Component& component : components) {
-    alone.push_back(partOf(placed, component.triangles, number).mesh);
+    alone.push_back(partOf(placed, component.triangles).mesh);
   }
   std::vector<bool> isCavity(components.size());
   for (std::size_t i = 0; i < components.size(); ++i) {
@@ -86,10 +52,9 @@ Result<std::vector<MovingSolid>> divideSolids(const TriangleMesh& mesh, Runs run
   addCavities(placed, components);
   std::vector<std::shared_ptr<const model::VertexKeys>> shared;
   for (auto& run : runs) shared.push_back(std::move(run));
-  std::vector<std::uint32_t> number(mesh.vertices.size(), model::kNoIndex);
   std::vector<MovingSolid> solids;
   for (const Component& component : components) {
-    Part part = partOf(mesh, component.triangles, number);
+    MeshPart part = partOf(mesh, component.triangles);
     std::vector<VertexOrigin> origins;
     for (const std::uint32_t vertex : part.vertices) origins.push_back({vertex, vertex});
     const auto local = std::make_shared<const std::vector<Point3>>(part.mesh.vertices);

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <unordered_map>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "t4d/edit/mesh_part.h"
 #include "t4d/edit/surface_crossings.h"
 #include "t4d/model/no_index.h"
 #include "t4d/model/surface_edges.h"
@@ -41,22 +41,6 @@ std::vector<std::vector<std::uint32_t>> partsOf(const TriangleMesh& mesh,
   return parts;
 }
 
-/// Some triangles, with vertices of their own.
-TriangleMesh partOf(const TriangleMesh& mesh, const std::vector<std::uint32_t>& triangles) {
-  TriangleMesh part;
-  std::unordered_map<std::uint32_t, std::uint32_t> numbers;
-  for (const std::uint32_t i : triangles) {
-    Triangle triangle = mesh.triangles[i];
-    for (std::uint32_t& corner : triangle) {
-      const auto [at, isNew] = numbers.try_emplace(corner, part.vertices.size());
-      if (isNew) part.vertices.push_back(mesh.vertices[corner]);
-      corner = at->second;
-    }
-    part.triangles.push_back(triangle);
-  }
-  return part;
-}
-
 /// Whether a closed surface has no more inside than rounding makes of a flat one.
 bool isFlat(const TriangleMesh& mesh) {
   constexpr double kOfSize = 1e-3;
@@ -82,7 +66,7 @@ Result<std::vector<std::vector<std::uint32_t>>> sheetsOf(const TriangleMesh& mes
   std::vector<std::vector<std::uint32_t>> sheets;
   if (!findsCrossings()) return sheets;
   for (auto& part : partsOf(mesh, model::edgesOf(mesh.triangles))) {
-    const auto sheet = isSheet(partOf(mesh, part));
+    const auto sheet = isSheet(partOf(mesh, part).mesh);
     if (!sheet) return sheet.error();
     if (*sheet) sheets.push_back(std::move(part));
   }
