@@ -1,15 +1,15 @@
 # The components of the library in dependency order, with the components and the packages that each
 # needs. Read by the build and by the installed package.
 set(t4d_ALL_COMPONENTS
-  model system fixtures slice mesh4d voxel4d formats convert measure mill edit verbs conformance)
+  model platform fixtures slice mesh4d voxel4d formats convert measure mill edit verbs conformance)
 
 set(t4d_model_NEEDS)
-set(t4d_system_NEEDS model)
+set(t4d_platform_NEEDS model)
 set(t4d_fixtures_NEEDS model)
 set(t4d_slice_NEEDS model)
-set(t4d_mesh4d_NEEDS system)
-set(t4d_voxel4d_NEEDS system)
-set(t4d_formats_NEEDS system)
+set(t4d_mesh4d_NEEDS platform)
+set(t4d_voxel4d_NEEDS platform)
+set(t4d_formats_NEEDS platform)
 set(t4d_convert_NEEDS slice formats)
 set(t4d_measure_NEEDS slice)
 set(t4d_mill_NEEDS mesh4d voxel4d measure)

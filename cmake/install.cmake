@@ -17,26 +17,26 @@ install(FILES ${T4D_EXPECTED_DIR}/tl/expected.hpp
 
 set(T4D_SCHEMA_DIR ${CMAKE_INSTALL_DATADIR}/t4d/schemas)
 install(DIRECTORY docs/schemas/ DESTINATION ${T4D_SCHEMA_DIR} FILES_MATCHING PATTERN *.schema.json)
-install(FILES t4d/formats/motion/motion.schema.json t4d/formats/motion/mechanism.schema.json
-  t4d/convert/frames_manifest.schema.json
-  t4d/formats/t4d/head.schema.json
-  t4d/formats/t4d/manifest.schema.json
-  t4d/formats/t4d/reader_describe.schema.json t4d/formats/t4d/reader_slice.schema.json
-  t4d/formats/t4d/writer_mesh.schema.json
+install(FILES formats/motion/motion.schema.json formats/motion/mechanism.schema.json
+  convert/frames_manifest.schema.json
+  formats/t4d/head.schema.json
+  formats/t4d/manifest.schema.json
+  formats/t4d/reader_describe.schema.json formats/t4d/reader_slice.schema.json
+  formats/t4d/writer_mesh.schema.json
   DESTINATION ${T4D_SCHEMA_DIR})
 # Installed at the same relative paths as in the project, so that their links work.
 install(FILES LICENSE NOTICE README.md CHANGELOG.md CONTRIBUTING.md
   DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY docs examples DESTINATION ${CMAKE_INSTALL_DOCDIR})
-install(FILES t4d/formats/motion/motion.schema.json t4d/formats/motion/mechanism.schema.json
-  DESTINATION ${CMAKE_INSTALL_DOCDIR}/t4d/formats/motion)
+install(FILES formats/motion/motion.schema.json formats/motion/mechanism.schema.json
+  DESTINATION ${CMAKE_INSTALL_DOCDIR}/formats/motion)
 install(FILES tools/fuzz/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR}/tools/fuzz)
-install(FILES t4d/conformance/backends/backend.h
-  DESTINATION ${CMAKE_INSTALL_DOCDIR}/t4d/conformance/backends)
-install(DIRECTORY t4d/conformance/readers DESTINATION ${CMAKE_INSTALL_DOCDIR}/t4d/conformance
+install(FILES conformance/backends/backend.h
+  DESTINATION ${CMAKE_INSTALL_DOCDIR}/conformance/backends)
+install(DIRECTORY conformance/readers DESTINATION ${CMAKE_INSTALL_DOCDIR}/conformance
   USE_SOURCE_PERMISSIONS
   PATTERN node_modules EXCLUDE PATTERN __pycache__ EXCLUDE)
-install(DIRECTORY t4d/formats/t4d DESTINATION ${CMAKE_INSTALL_DOCDIR}/t4d/formats
+install(DIRECTORY formats/t4d DESTINATION ${CMAKE_INSTALL_DOCDIR}/formats
   FILES_MATCHING PATTERN SPEC.md PATTERN *.ksy PATTERN *.schema.json)
 if(T4D_BUILD_PROGRAM)
   include(${PROJECT_SOURCE_DIR}/cmake/package.cmake)

@@ -1,8 +1,8 @@
 #include <cstdio>
 
-#include <t4d/verbs/envelope.h>
-#include <t4d/verbs/sweep.h>
-#include <t4d/verbs/validate.h>
+#include <tools/verbs/envelope.h>
+#include <tools/verbs/sweep.h>
+#include <tools/verbs/validate.h>
 
 /// The verbs of the program, as functions: sweep a solid, check the file, and ask what it passes
 /// through.

@@ -2,8 +2,8 @@
 #include <cstdio>
 #include <vector>
 
-#include <t4d/formats/t4d/reader.h>
-#include <t4d/slice/slice_at_times.h>
+#include <formats/t4d/reader.h>
+#include <slice/slice_at_times.h>
 
 int main() {
   using namespace t4d;

@@ -4,8 +4,8 @@
 #include <thread>
 #include <vector>
 
-#include <t4d/formats/t4d/reader.h>
-#include <t4d/slice/slice.h>
+#include <formats/t4d/reader.h>
+#include <slice/slice.h>
 
 int main() {
   using namespace t4d;

@@ -1,8 +1,8 @@
-#include <t4d/formats/motion/motion_reader.h>
-#include <t4d/formats/triangle/triangle_mesh_reader.h>
-#include <t4d/formats/triangle/triangle_mesh_writer.h>
-#include <t4d/mesh4d/sweep.h>
-#include <t4d/slice/slice.h>
+#include <formats/motion/motion_reader.h>
+#include <formats/triangle/triangle_mesh_reader.h>
+#include <formats/triangle/triangle_mesh_writer.h>
+#include <mesh4d/sweep.h>
+#include <slice/slice.h>
 
 int main() {
   using namespace t4d;

@@ -1,12 +1,12 @@
 // Sweeps the paper's cube into a file and checks the mesh in the same pass.
 #include <cstdio>
 
-#include <t4d/formats/motion/motion_reader.h>
-#include <t4d/formats/t4d/writer.h>
-#include <t4d/formats/triangle/triangle_mesh_reader.h>
-#include <t4d/measure/mesh_check.h>
-#include <t4d/mesh4d/sweep.h>
-#include <t4d/model/sinks.h>
+#include <formats/motion/motion_reader.h>
+#include <formats/t4d/writer.h>
+#include <formats/triangle/triangle_mesh_reader.h>
+#include <measure/mesh_check.h>
+#include <mesh4d/sweep.h>
+#include <model/sinks.h>
 
 int main() {
   using namespace t4d;

@@ -3,10 +3,10 @@
 #include <cstdio>
 #include <vector>
 
-#include <t4d/measure/mesh_check.h>
-#include <t4d/model/slab.h>
-#include <t4d/voxel4d/array_frames.h>
-#include <t4d/voxel4d/weave.h>
+#include <measure/mesh_check.h>
+#include <model/slab.h>
+#include <voxel4d/array_frames.h>
+#include <voxel4d/weave.h>
 
 int main() {
   using namespace t4d;

@@ -1,4 +1,4 @@
-"""Writes t4d/verbs.py: a function for each verb of the program, with its options and its report.
+"""Writes tools/verbs.py: a function for each verb of the program, with its options and its report.
 
     make_verbs.py PROGRAM SCHEMAS OUTPUT
 

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/system/child_process.h"
+#include "platform/child_process.h"
 #include "tests/paths.h"
 
 /// For tests.
@@ -28,10 +28,10 @@ class WebServer {
 
   explicit WebServer(const std::filesystem::path& folder) : log_(folder / "requests.jsonl") {
     std::filesystem::remove(log_);
-    auto words = system::splitCommand("python3 " T4D_SOURCE_DIR "/tests/web_server.py");
+    auto words = platform::splitCommand("python3 " T4D_SOURCE_DIR "/tests/web_server.py");
     EXPECT_TRUE(words);
     words->push_back(folder.string());
-    auto started = system::ChildProcess::start(*words, {});
+    auto started = platform::ChildProcess::start(*words, {});
     EXPECT_TRUE(started);
     process_.emplace(std::move(*started));
     constexpr double kSeconds = 60;
@@ -58,7 +58,7 @@ class WebServer {
 
  private:
   std::filesystem::path log_;
-  std::optional<system::ChildProcess> process_;
+  std::optional<platform::ChildProcess> process_;
   std::string port_;
 };
 

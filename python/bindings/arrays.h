@@ -7,10 +7,10 @@
 
 #include <pybind11/numpy.h>
 
+#include "model/attribute.h"
+#include "model/slab.h"
+#include "model/triangle_mesh.h"
 #include "python/bindings/errors.h"
-#include "t4d/model/attribute.h"
-#include "t4d/model/slab.h"
-#include "t4d/model/triangle_mesh.h"
 
 namespace t4d::python {
 

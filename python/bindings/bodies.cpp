@@ -5,17 +5,17 @@
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 
+#include "formats/t4d/reader.h"
+#include "formats/t4d/writer.h"
+#include "measure/mesh_check.h"
+#include "measure/solid_measures.h"
+#include "model/flat_mesh.h"
+#include "model/in_order.h"
+#include "model/sinks.h"
+#include "model/slab_groups.h"
 #include "python/bindings/arrays.h"
-#include "t4d/formats/t4d/reader.h"
-#include "t4d/formats/t4d/writer.h"
-#include "t4d/measure/mesh_check.h"
-#include "t4d/measure/solid_measures.h"
-#include "t4d/model/flat_mesh.h"
-#include "t4d/model/in_order.h"
-#include "t4d/model/sinks.h"
-#include "t4d/model/slab_groups.h"
-#include "t4d/slice/slice_at_times.h"
-#include "t4d/slice/velocity.h"
+#include "slice/slice_at_times.h"
+#include "slice/velocity.h"
 
 namespace t4d::python {
 

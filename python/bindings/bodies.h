@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "formats/t4d/reader.h"
 #include "python/bindings/watch.h"
-#include "t4d/formats/t4d/reader.h"
-#include "t4d/slice/light_slice.h"
-#include "t4d/slice/slice.h"
+#include "slice/light_slice.h"
+#include "slice/slice.h"
 
 namespace t4d::python {
 

@@ -5,7 +5,7 @@
 
 #include <pybind11/pybind11.h>
 
-#include "t4d/model/error.h"
+#include "model/error.h"
 
 namespace t4d::python {
 

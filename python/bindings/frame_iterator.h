@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "python/bindings/gil.h"
-#include "t4d/voxel4d/frame.h"
-#include "t4d/voxel4d/sample_box.h"
+#include "voxel4d/frame.h"
+#include "voxel4d/sample_box.h"
 
 namespace t4d::python {
 

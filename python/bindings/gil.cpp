@@ -6,7 +6,7 @@
 
 #include <pthread.h>
 
-#include "t4d/system/cleanup.h"
+#include "platform/cleanup.h"
 
 namespace t4d::python {
 namespace {
@@ -28,7 +28,7 @@ void end() {
   PyThreadState* const state = PyEval_SaveThread();
   // Only a look: who begins to work from now on stops at once.
   if (working->try_lock_for(std::chrono::seconds(2))) working->unlock();
-  system::cleanUp();
+  platform::cleanUp();
   PyEval_RestoreThread(state);
 }
 

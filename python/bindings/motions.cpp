@@ -3,8 +3,8 @@
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
-#include "t4d/formats/motion/motion_reader.h"
-#include "t4d/model/motion.h"
+#include "formats/motion/motion_reader.h"
+#include "model/motion.h"
 
 namespace t4d::python {
 namespace {

@@ -9,7 +9,7 @@ import numpy as np
 
 import t4d
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "t4d/conformance/readers/python"))
+sys.path.insert(0, str(Path(__file__).parents[2] / "conformance/readers/python"))
 import t4d_reader as by_page  # noqa: E402
 
 TYPES = ["u1", "i1", "u2", "i2", "u4", "i4", "u8", "i8", "f4", "f8"]

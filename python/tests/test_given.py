@@ -138,7 +138,7 @@ def test_a_file_that_is_opened_and_saved_keeps_its_metadata(models, tmp_path):
 
 
 def test_a_body_that_is_saved_alone_keeps_what_it_can(tmp_path):
-    corpus = Path(__file__).parents[2] / "t4d/conformance/corpus/files/valid"
+    corpus = Path(__file__).parents[2] / "conformance/corpus/files/valid"
     mesh = t4d.read(corpus / "head-bodies-with-all-members.t4d")
     with pytest.warns(t4d.Loss, match="the body 'part' has no parent any more"):
         mesh["part"].save(tmp_path / "part.t4d")

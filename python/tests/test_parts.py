@@ -146,7 +146,7 @@ def test_a_broken_mesh_is_found_to_be_broken_in_parts(models, tmp_path):
     folder = tmp_path / "corpus"
     subprocess.run([BUILD / "t4d", "conform", "corpus", "-o", folder, "-q"], check=False)
     corpus = sorted(folder.rglob("impl/mesh-*.t4d")) or sorted(
-        (BUILD.parents[1] / "t4d/conformance/corpus/files/impl").glob("mesh-*.t4d")
+        (BUILD.parents[1] / "conformance/corpus/files/impl").glob("mesh-*.t4d")
     )
     assert len(corpus) >= 6
     for mesh in corpus:

@@ -5,7 +5,7 @@ include(${settings})
 start()
 file(STRINGS ${prefix}/include/t4d/t4d.h headers REGEX "^#include \"t4d/")
 list(TRANSFORM headers REPLACE ".*\"(.*)\"" "\\1")
-list(PREPEND headers t4d/t4d.h)
+list(PREPEND headers include/t4d/t4d.h)
 foreach(header IN LISTS headers)
   if(NOT EXISTS ${prefix}/include/${header})
     list(REMOVE_ITEM headers ${header})  # of a component that is not built
@@ -42,8 +42,8 @@ run(${CMAKE_COMMAND} --build build)
 string(REPLACE "." ", " numbers ${version})
 file(WRITE ${work_dir}/named.cpp "#include <array>
 #include <t4d/version.h>
-#include <t4d/model/motion.h>
-#include <t4d/model/slab.h>
+#include <model/motion.h>
+#include <model/slab.h>
 using namespace t4d::model;
 ScrewRun run() { return {.duration = 4}; }
 Segment segment() { return {.timeBegin = 1}; }
@@ -57,7 +57,7 @@ run(${compiler} -std=c++20 -fsyntax-only ${warnings} -I${prefix}/include -isyste
   ${prefix}/include/t4d/third_party -isystem /usr/include/eigen3 named.cpp)
 
 # A Result that is ignored is a warning.
-file(WRITE ${work_dir}/ignored.cpp "#include <t4d/model/error.h>
+file(WRITE ${work_dir}/ignored.cpp "#include <model/error.h>
 t4d::Result<void> work();
 void ignore() { work(); }
 ")

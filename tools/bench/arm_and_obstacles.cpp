@@ -6,9 +6,9 @@
 
 #include <fcl/narrowphase/continuous_collision.h>
 
-#include "t4d/fixtures/solids.h"
-#include "t4d/measure/collide.h"
-#include "t4d/mesh4d/sweep.h"
+#include "fixtures/solids.h"
+#include "measure/collide.h"
+#include "mesh4d/sweep.h"
 
 namespace t4d::bench {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "t4d/model/error.h"
+#include "model/error.h"
 #include "tools/bench/report.h"
 
 namespace t4d::bench {

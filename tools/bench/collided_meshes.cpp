@@ -8,9 +8,9 @@
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Surface_mesh.h>
 
-#include "t4d/fixtures/solids.h"
-#include "t4d/measure/collide.h"
-#include "t4d/mesh4d/sweep.h"
+#include "fixtures/solids.h"
+#include "measure/collide.h"
+#include "mesh4d/sweep.h"
 
 namespace t4d::bench {
 namespace {

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "t4d/model/error.h"
-#include "t4d/model/motion.h"
-#include "t4d/model/triangle_mesh.h"
+#include "model/error.h"
+#include "model/motion.h"
+#include "model/triangle_mesh.h"
 #include "tools/bench/report.h"
 
 namespace t4d::bench {

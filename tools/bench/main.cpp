@@ -5,9 +5,9 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
-#include "t4d/fixtures/solids.h"
-#include "t4d/formats/triangle/triangle_mesh_reader.h"
-#include "t4d/system/temporary_folder.h"
+#include "fixtures/solids.h"
+#include "formats/triangle/triangle_mesh_reader.h"
+#include "platform/temporary_folder.h"
 #include "tools/bench/arm_and_obstacles.h"
 #include "tools/bench/collided_meshes.h"
 #include "tools/bench/simplified_mesh.h"
@@ -41,9 +41,9 @@ Result<model::Motion> paperScrew() {
   return model::chainScrews(0, {&run, 1});
 }
 
-Result<system::TemporaryFolder> temporaryFolder(const Options& options) {
+Result<platform::TemporaryFolder> temporaryFolder(const Options& options) {
   std::filesystem::create_directories(options.folder);
-  return system::TemporaryFolder::createIn(options.folder);
+  return platform::TemporaryFolder::createIn(options.folder);
 }
 
 Result<bench::Report> measureFiles(const Options& options) {

@@ -9,11 +9,11 @@
 #include <nlohmann/json.hpp>
 #include <tbb/global_control.h>
 
-#include "t4d/edit/simplify.h"
-#include "t4d/fixtures/solids.h"
-#include "t4d/system/child_process.h"
-#include "t4d/voxel4d/sampled_frames.h"
-#include "t4d/voxel4d/weave.h"
+#include "edit/simplify.h"
+#include "fixtures/solids.h"
+#include "platform/child_process.h"
+#include "voxel4d/sampled_frames.h"
+#include "voxel4d/weave.h"
 
 namespace t4d::bench {
 namespace {
@@ -102,9 +102,9 @@ std::optional<Collapses> ofFastSimplification(const model::TriangleMesh& sphere,
   writeArray(points, sphere.vertices);
   writeArray(triangles, sphere.triangles);
   const auto run =
-      system::runProgram({T4D_BENCH_PYTHON, T4D_BENCH_PEERS, "decimate", points.string(),
-                          triangles.string(), fmt::to_string(kRatio)});
-  if (!run || run->end != system::ProgramRun::End::Exited || run->code != 0) return std::nullopt;
+      platform::runProgram({T4D_BENCH_PYTHON, T4D_BENCH_PEERS, "decimate", points.string(),
+                            triangles.string(), fmt::to_string(kRatio)});
+  if (!run || run->end != platform::ProgramRun::End::Exited || run->code != 0) return std::nullopt;
   const auto said = nlohmann::json::parse(run->output, nullptr, false);
   if (said.is_discarded()) return std::nullopt;
   const auto left = said["result"].get<double>();

@@ -11,11 +11,11 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "t4d/formats/t4d/reader.h"
-#include "t4d/formats/t4d/writer.h"
-#include "t4d/mesh4d/sweep.h"
-#include "t4d/model/sinks.h"
-#include "t4d/slice/slice.h"
+#include "formats/t4d/reader.h"
+#include "formats/t4d/writer.h"
+#include "mesh4d/sweep.h"
+#include "model/sinks.h"
+#include "slice/slice.h"
 
 namespace t4d::bench {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <filesystem>
 
-#include "t4d/model/motion.h"
-#include "t4d/model/slab.h"
-#include "t4d/model/triangle_mesh.h"
+#include "model/motion.h"
+#include "model/slab.h"
+#include "model/triangle_mesh.h"
 #include "tools/bench/report.h"
 
 namespace t4d::bench {

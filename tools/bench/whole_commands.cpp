@@ -12,8 +12,8 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/formats/triangle/triangle_mesh_reader.h"
-#include "t4d/system/child_process.h"
+#include "formats/triangle/triangle_mesh_reader.h"
+#include "platform/child_process.h"
 
 namespace t4d::bench {
 namespace {
@@ -94,10 +94,10 @@ class Commands {
  private:
   std::string at(const std::string& name) const { return (options_.folder / name).string(); }
 
-  Result<system::ProgramRun> ended(const Words& words) const {
-    auto run = system::runProgram(words);
+  Result<platform::ProgramRun> ended(const Words& words) const {
+    auto run = platform::runProgram(words);
     if (!run) return run;
-    if (run->end == system::ProgramRun::End::Exited && (run->code == 0 || run->code == 3)) {
+    if (run->end == platform::ProgramRun::End::Exited && (run->code == 0 || run->code == 3)) {
       return run;
     }
     return fail(ErrorCode::Failed, fmt::format("'{}' ended with {}: {}", fmt::join(words, " "),

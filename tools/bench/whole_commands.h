@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "t4d/model/error.h"
+#include "model/error.h"
 #include "tools/bench/report.h"
 
 namespace t4d::bench {

@@ -12,10 +12,10 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
-#include "t4d/formats/t4d/writer.h"
-#include "t4d/model/streamed_slab.h"
-#include "t4d/voxel4d/sampled_frames.h"
-#include "t4d/voxel4d/weave.h"
+#include "formats/t4d/writer.h"
+#include "model/streamed_slab.h"
+#include "voxel4d/sampled_frames.h"
+#include "voxel4d/weave.h"
 
 namespace t4d::bench {
 namespace {

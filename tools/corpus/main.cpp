@@ -3,7 +3,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "t4d/conformance/corpus/corpus.h"
+#include "conformance/corpus/corpus.h"
 
 /// Writes the file corpus, or says how a folder differs from it.
 int main(int argc, char** argv) try {

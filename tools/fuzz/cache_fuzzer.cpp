@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <string>
 
-#include "t4d/formats/animation/mdd_reader.h"
-#include "t4d/formats/animation/pc2_reader.h"
+#include "formats/animation/mdd_reader.h"
+#include "formats/animation/pc2_reader.h"
 #include "tools/fuzz/fuzz.h"
 
 /// Point caches; the first byte selects the format. The samples of an accepted cache fill the file,

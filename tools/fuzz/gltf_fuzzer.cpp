@@ -1,5 +1,5 @@
-#include "t4d/formats/gltf/gltf_animation.h"
-#include "t4d/formats/gltf/gltf_reader.h"
+#include "formats/gltf/gltf_animation.h"
+#include "formats/gltf/gltf_reader.h"
 #include "tools/fuzz/loaded_mesh.h"
 
 /// glTF, text or binary: a triangle mesh, and its animation, whose keys go forward in time.

@@ -1,8 +1,8 @@
 #include <string>
 
-#include "t4d/formats/motion/joint_table.h"
-#include "t4d/formats/motion/mechanism_reader.h"
-#include "t4d/formats/motion/urdf_reader.h"
+#include "formats/motion/joint_table.h"
+#include "formats/motion/mechanism_reader.h"
+#include "formats/motion/urdf_reader.h"
 #include "tools/fuzz/fuzz.h"
 #include "tools/fuzz/many_segments.h"
 

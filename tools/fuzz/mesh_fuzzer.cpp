@@ -1,8 +1,8 @@
-#include "t4d/formats/triangle/obj_reader.h"
-#include "t4d/formats/triangle/off_reader.h"
-#include "t4d/formats/triangle/ply_reader.h"
-#include "t4d/formats/triangle/stl_reader.h"
-#include "t4d/formats/vtk/vtk_surface_reader.h"
+#include "formats/triangle/obj_reader.h"
+#include "formats/triangle/off_reader.h"
+#include "formats/triangle/ply_reader.h"
+#include "formats/triangle/stl_reader.h"
+#include "formats/vtk/vtk_surface_reader.h"
 #include "tools/fuzz/loaded_mesh.h"
 
 /// A triangle mesh as STL, OBJ, PLY, OFF, .vtp ('v') or .vtu ('u'): the first byte selects the

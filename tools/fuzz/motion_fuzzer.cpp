@@ -1,8 +1,8 @@
 #include <string>
 
-#include "t4d/formats/input_file.h"
-#include "t4d/formats/motion/motion_csv.h"
-#include "t4d/formats/motion/motion_reader.h"
+#include "formats/input_file.h"
+#include "formats/motion/motion_csv.h"
+#include "formats/motion/motion_reader.h"
 #include "tools/fuzz/fuzz.h"
 #include "tools/fuzz/many_segments.h"
 

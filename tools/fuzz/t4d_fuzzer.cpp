@@ -3,12 +3,12 @@
 
 #include <fmt/format.h>
 
-#include "t4d/formats/t4d/chunks.h"
-#include "t4d/formats/t4d/reader.h"
-#include "t4d/formats/t4d/stream.h"
-#include "t4d/slice/slice.h"
-#include "t4d/verbs/validate.h"
+#include "formats/t4d/chunks.h"
+#include "formats/t4d/reader.h"
+#include "formats/t4d/stream.h"
+#include "slice/slice.h"
 #include "tools/fuzz/fuzz.h"
+#include "tools/verbs/validate.h"
 
 /// A .t4d file, opened in every mode, validated and sliced.
 namespace t4d::fuzz {

@@ -1,8 +1,8 @@
 #include <cmath>
 #include <string>
 
-#include "t4d/formats/toolpath/cutter_location_reader.h"
-#include "t4d/formats/toolpath/gcode_reader.h"
+#include "formats/toolpath/cutter_location_reader.h"
+#include "formats/toolpath/gcode_reader.h"
 #include "tools/fuzz/fuzz.h"
 
 /// Paths of tools, cutter locations if the first byte is a letter that their statements begin with

@@ -400,7 +400,7 @@ def find(files, database, kept):
 
 def parse(files, flags, found):
     """Adds the mutants of the files; those that have errors are returned in place of that."""
-    main = str(ROOT / "t4d/mutated_together.cpp")
+    main = str(ROOT / "model/mutated_together.cpp")
     text = "".join(f'#include "{ROOT / file}"\n' for file in files)
     unit = cindex.Index.create().parse(main, flags, unsaved_files=[(main, text)])
     wrong = {d.location.file.name for d in unit.diagnostics if d.severity >= 3 and d.location.file}

@@ -141,7 +141,7 @@ def trace(all_tests, jobs, longest, say):
 def judge(mutant, all_tests, budget):
     """What becomes of a mutant: as in the report. `all_tests` are in the order of their times; those
     of the mutant's own folder are the first to notice it."""
-    own = f"/library/{Path(mutant.file).parts[1]}/"
+    own = f"/release/{Path(mutant.file).parts[0]}/"
     reaching = [test for test in all_tests if mutant.number in test.reaches]
     reaching.sort(key=lambda test: own not in test.command[0])
     done, used = 0, 0

@@ -3,7 +3,7 @@ when a program runs: one build serves all."""
 
 from .mutant import ACTIVE, ORIGINAL
 
-HEADER = "t4d/mutation.h"
+HEADER = "model/mutation.h"
 
 # T4D_MUTANT is the active mutant; the numbers of those that are executed are appended to the file
 # T4D_MUTANT_TRACE, each at once, as a process may end in any way. System calls, since tests replace

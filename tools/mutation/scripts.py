@@ -27,8 +27,8 @@ class Reader:
 
 
 READERS = {
-    "python reader": Reader("t4d/conformance/readers/python/*.py", "t4d/conformance/readers/python",
-                            "/usr/bin/python3 -IS t4d/conformance/readers/python/t4d_reader.py"),
+    "python reader": Reader("conformance/readers/python/*.py", "conformance/readers/python",
+                            "/usr/bin/python3 -IS conformance/readers/python/t4d_reader.py"),
     "web reader": Reader("web/reader/src/*.js", "web", "node web/reader/conform.mjs"),
 }
 
@@ -270,7 +270,8 @@ def copy(reader, place):
     shutil.copytree(ROOT / reader.folder, place / reader.folder, ignore=ignored)
     if reader.folder == "web":
         (place / "web/node_modules").symlink_to(ROOT / "web/node_modules")
-        (place / "t4d").symlink_to(ROOT / "t4d")  # the adapter to the kit, and the corpus
+        for needed in ("conformance", "formats"):  # the adapter to the kit, the corpus, the specification
+            (place / needed).symlink_to(ROOT / needed)
 
 
 def tests_of(reader, place):

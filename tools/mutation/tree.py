@@ -11,8 +11,8 @@ from .rooms import ROOT
 FOLDER = ROOT / "build/mutate"
 TREE = FOLDER / "t4d"
 BUILD = TREE / "build/release"
-# Messages of g++: "t4d/model/slab.cpp:12:3: error: ...", "...: required from here".
-PLACE = re.compile(r"(?:^|[\s/])(t4d/[\w/.]+\.(?:cpp|h)):(\d+):(?:\d+:)?(.*)")
+# Messages of g++: "model/slab.cpp:12:3: error: ...", "...: required from here".
+PLACE = re.compile(r"(?:^|[\s/])((?:model|slice|mesh4d|voxel4d|formats|measure|edit|mill|tools/verbs)/[\w/.]+\.(?:cpp|h)):(\d+):(?:\d+:)?(.*)")
 
 
 def tracked():

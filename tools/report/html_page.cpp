@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "t4d/formats/text/base64.h"
+#include "formats/text/base64.h"
 
 namespace t4d::tools {
 namespace {

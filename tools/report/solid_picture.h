@@ -5,7 +5,7 @@
 #include <functional>
 #include <string>
 
-#include "t4d/model/triangle_mesh.h"
+#include "model/triangle_mesh.h"
 
 /// Renders pictures of solids in software: no window, no graphics card, the same pixels on every
 /// machine.

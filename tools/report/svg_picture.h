@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "t4d/model/error.h"
+#include "model/error.h"
 
 namespace t4d::tools {
 

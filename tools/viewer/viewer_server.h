@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "t4d/model/error.h"
+#include "model/error.h"
 
 namespace t4d::tools {
 

@@ -13,7 +13,7 @@ const corpus = path.join(makeFolder('corpus'), 'copy');
 assert.equal(t4dRaw('conform', 'copy', corpus).status, 0);
 const at = (name) => path.join(corpus, name);
 const manifest = readJson(at('manifest.json'));
-const { check } = schemaOf('t4d/conformance/corpus/files/manifest.schema.json');
+const { check } = schemaOf('conformance/corpus/files/manifest.schema.json');
 
 test('the manifest is as its schema says', () => check(manifest, 'manifest.json'));
 
@@ -34,8 +34,8 @@ test('the manifest names every file, once and in order, with its sum', () => {
 });
 
 test('the expected answers are as the schemas of answers say', () => {
-  const describe = schemaOf('t4d/formats/t4d/reader_describe.schema.json');
-  const slice = schemaOf('t4d/formats/t4d/reader_slice.schema.json');
+  const describe = schemaOf('formats/t4d/reader_describe.schema.json');
+  const slice = schemaOf('formats/t4d/reader_slice.schema.json');
   for (const { expected } of manifest.files.filter((file) => file.expected)) {
     const answers = readJson(at(expected));
     describe.check(answers.describe.answer, expected);
@@ -45,7 +45,7 @@ test('the expected answers are as the schemas of answers say', () => {
 });
 
 test('the meshes for writers are as their schema says', () => {
-  const mesh = schemaOf('t4d/formats/t4d/writer_mesh.schema.json');
+  const mesh = schemaOf('formats/t4d/writer_mesh.schema.json');
   const kept = path.join(makeFolder('writers'), 'kept');
   // A writer that always fails: all its inputs are kept.
   assert.equal(t4dRaw('conform', 'writer', '--writer', 'false', '--keep', kept).status, 1);
@@ -55,7 +55,7 @@ test('the meshes for writers are as their schema says', () => {
 });
 
 test('clauses are rules of the specification', () => {
-  const spec = readFileSync(path.join(root, 't4d/formats/t4d/SPEC.md'), 'utf8');
+  const spec = readFileSync(path.join(root, 'formats/t4d/SPEC.md'), 'utf8');
   const rules = new Set([...spec.matchAll(/^\* \*\*([A-Z]+[0-9]+)\*\* /gm)].map(([, rule]) => rule));
   for (const { id, clause } of manifest.files.filter(({ result }) => result === 'invalid')) {
     assert.ok(rules.has(clause), id);

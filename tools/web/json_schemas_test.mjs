@@ -278,7 +278,7 @@ const runs = [
   ['conform-reader', ['--reader', path.join(build, 't4d-reader'), '--only', 'valid', '--skip', '*zstd*'], 0],
   ['conform-reader', ['--reader', 'false'], 1],
   ['conform-reader', ['--reader', './no-such'], 2],
-  ['conform-writer', ['--writer', path.join(root, 't4d/conformance/writers/python/t4d_writer.py'), '--only', 'cube-*'], 0],
+  ['conform-writer', ['--writer', path.join(root, 'conformance/writers/python/t4d_writer.py'), '--only', 'cube-*'], 0],
   ['conform-writer', ['--writer', 'false', '--only', 'cube-*'], 1],
   ['conform-writer', ['--writer', './no-such'], 2],
 ];
@@ -321,7 +321,7 @@ for (const [verb, args, status, codes] of runs) {
 }
 
 test('the manifest of frames is as its schema says', () => {
-  const { check, schema } = schemaOf('t4d/convert/frames_manifest.schema.json');
+  const { check, schema } = schemaOf('convert/frames_manifest.schema.json');
   for (const name of ['frames/manifest.json', 'frames.manifest.json', 'lossy/manifest.json',
     'grid-frames/manifest.json']) {
     check(JSON.parse(readFileSync(at(name), 'utf8')), name);
@@ -376,7 +376,7 @@ for (const [verb, { schema }] of schemas) {
 }
 
 test('info: a body without vertices, first or last, does not count for the bounds of all', () => {
-  const bytes = readFileSync(path.join(root, 't4d/conformance/corpus/files/valid/body-without-vertices.t4d'));
+  const bytes = readFileSync(path.join(root, 'conformance/corpus/files/valid/body-without-vertices.t4d'));
   const swapped = Buffer.from(bytes);
   for (const { type, payload, fields, blocks } of chunksOf(swapped)) {
     const swap = (numbers, at) => numbers.writeUInt32LE(1 - numbers.readUInt32LE(at), at);

@@ -10,7 +10,7 @@ import { fixturesIn, makeFolder, readJson, root, t4dRaw } from './t4d.mjs';
 
 const folder = makeFolder('motion');
 const schemaOf = (name) => new Ajv({ strict: true, strictTypes: false, strictRequired: false })
-  .compile(readJson(path.join(root, `t4d/formats/motion/${name}.schema.json`)));
+  .compile(readJson(path.join(root, `formats/motion/${name}.schema.json`)));
 const isMotion = schemaOf('motion');
 const isMechanism = schemaOf('mechanism');
 

@@ -23,10 +23,10 @@ t4d('join', at('torus.t4dm'), '-o', at('torus.t4d'));
 const manifest = () => JSON.parse(readFileSync(at('torus.t4dm'), 'utf8'));
 
 test('the manifest is of its schema', () => {
-  const schema = schemaOf('t4d/formats/t4d/manifest.schema.json');
+  const schema = schemaOf('formats/t4d/manifest.schema.json');
   schema.check(manifest(), 'torus.t4dm');
   for (const name of schema.schema.required) assert.ok(!schema.accepts({ ...manifest(), [name]: undefined }), name);
-  schemaOf('t4d/formats/t4d/head.schema.json').check(manifest().head, 'head');
+  schemaOf('formats/t4d/head.schema.json').check(manifest().head, 'head');
 });
 
 /** A server of the folder, with ranges. */

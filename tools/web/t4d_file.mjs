@@ -1,4 +1,4 @@
-// The chunks of a .t4d file, for tests that inspect or modify one (t4d/formats/t4d/SPEC.md).
+// The chunks of a .t4d file, for tests that inspect or modify one (formats/t4d/SPEC.md).
 import { readFileSync } from 'node:fs';
 import path from 'node:path';
 
@@ -13,7 +13,7 @@ const padded = (bytes) => Math.ceil(bytes / 8) * 8;
 
 /** The complete file of the specification, from its hex dump. */
 export function exampleOfSpec() {
-  const text = readFileSync(path.join(root, 't4d/formats/t4d/SPEC.md'), 'utf8');
+  const text = readFileSync(path.join(root, 'formats/t4d/SPEC.md'), 'utf8');
   const dump = text.split('\n## A complete file\n')[1].split('```')[1];
   return Buffer.from(dump.trim().split('\n').map((line) => line.slice(6, 29)).join(' ')
     .replaceAll(' ', ''), 'hex');

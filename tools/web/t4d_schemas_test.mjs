@@ -11,10 +11,10 @@ import { exampleOfSpec, headOf, withHead } from './t4d_file.mjs';
 
 const folder = makeFolder('t4d-schemas');
 const at = (name) => path.join(folder, name);
-const spec = readFileSync(path.join(root, 't4d/formats/t4d/SPEC.md'), 'utf8');
-const head = schemaOf('t4d/formats/t4d/head.schema.json');
-const describe = schemaOf('t4d/formats/t4d/reader_describe.schema.json');
-const slice = schemaOf('t4d/formats/t4d/reader_slice.schema.json');
+const spec = readFileSync(path.join(root, 'formats/t4d/SPEC.md'), 'utf8');
+const head = schemaOf('formats/t4d/head.schema.json');
+const describe = schemaOf('formats/t4d/reader_describe.schema.json');
+const slice = schemaOf('formats/t4d/reader_slice.schema.json');
 
 test('HEAD: the members are those of the specification', () => {
   const section = spec.split('\n## HEAD\n')[1].split('\n### ')[0];

@@ -1,10 +1,10 @@
 #!/usr/bin/env node
-// A reader under test: the appendix of t4d/formats/t4d/SPEC.md.
+// A reader under test: the appendix of formats/t4d/SPEC.md.
 //
 //     conform.mjs FILE describe     reads everything and checks every rule
 //     conform.mjs FILE slice T      or x C, y C, z C, or A,B,C,D E: reads what the slice needs
 //     conform.mjs --serve           answers such requests from standard input, one a line
-import { run } from '../../t4d/conformance/readers/javascript/under_test.mjs';
+import { run } from '../../conformance/readers/javascript/under_test.mjs';
 import { crc32c, determinant4, hyperplane, Invalid, measure, open, readAll } from './src/index.js';
 import { fileSource } from './src/node.js';
 import { noBounds, widen } from './src/parts.js';

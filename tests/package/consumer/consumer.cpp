@@ -1,6 +1,6 @@
 #include <cstdio>
 
-#include "t4d/model/flat_mesh.h"
+#include "model/flat_mesh.h"
 
 // The boundary of a pentachoron, as one slab without layers.
 int main() {

@@ -1,4 +1,4 @@
-// Reads .t4d files, 4D meshes, as t4d/formats/t4d/SPEC.md has them: by ranges, checked, a slab at a time.
+// Reads .t4d files, 4D meshes, as formats/t4d/SPEC.md has them: by ranges, checked, a slab at a time.
 export { answering, open, readAll, T4dFile } from './file.js';
 export { crc32c } from './crc32c.js';
 export { Invalid } from './invalid.js';

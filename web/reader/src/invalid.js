@@ -2,7 +2,7 @@
 export class Invalid extends Error {
   /**
    * @param {number} at the byte at which the rule is broken
-   * @param {string} rule its number in t4d/formats/t4d/SPEC.md, such as "C4"
+   * @param {string} rule its number in formats/t4d/SPEC.md, such as "C4"
    * @param {string} why
    */
   constructor(at, rule, why) {

@@ -1,6 +1,6 @@
 // The prisms of a sweep: what a triangle sweeps between two layers.
 
-/** Cells of a prism, one after another, in the division that has means (t4d/mesh4d/prism.h). */
+/** Cells of a prism, one after another, in the division that has means (mesh4d/prism.h). */
 export const cellsOfPrism = 14;
 
 /**

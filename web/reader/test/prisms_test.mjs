@@ -8,7 +8,7 @@ import { fileURLToPath } from 'node:url';
 import { cut, heightsOf, hyperplane, open } from '../src/index.js';
 
 const here = path.dirname(fileURLToPath(import.meta.url));
-const folder = path.resolve(here, '../../../t4d/conformance/corpus/files/valid');
+const folder = path.resolve(here, '../../../conformance/corpus/files/valid');
 const fileOf = (name) => open(new Uint8Array(readFileSync(path.join(folder, name))));
 const all = readdirSync(folder).filter((name) => name.endsWith('.t4d'));
 

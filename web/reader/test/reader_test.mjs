@@ -1,4 +1,4 @@
-// The conformance kit (t4d/conformance/readers/check) tests what is read; here: ranges, slices and servers.
+// The conformance kit (conformance/readers/check) tests what is read; here: ranges, slices and servers.
 import assert from 'node:assert/strict';
 import { readFileSync, readdirSync } from 'node:fs';
 import http from 'node:http';
@@ -9,7 +9,7 @@ import { fileURLToPath } from 'node:url';
 import { crc32c, cut, hyperplane, Invalid, measure, open } from '../src/index.js';
 import { fileSource } from '../src/node.js';
 
-const corpus = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../../../t4d/conformance/corpus/files');
+const corpus = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../../../conformance/corpus/files');
 const valid = readdirSync(path.join(corpus, 'valid')).filter((name) => name.endsWith('.t4d'));
 const bytesOf = (name) => new Uint8Array(readFileSync(path.join(corpus, name)));
 

@@ -12,7 +12,7 @@ import { rangeOfSpeeds, speedOfCell } from '../src/cell_speed.js';
 
 const root = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../../..');
 const fileOf = (name) =>
-  open(new Uint8Array(readFileSync(path.join(root, `t4d/conformance/corpus/files/valid/${name}.t4d`))));
+  open(new Uint8Array(readFileSync(path.join(root, `conformance/corpus/files/valid/${name}.t4d`))));
 
 /** The area of a triangle of a section. */
 function areaOf({ points, triangles }, triangle) {

@@ -19,7 +19,7 @@ const build = process.env.T4D_BUILD ?? path.join(root, 'build/release');
 const folder = path.join(root, 'build/web-test/element');
 const at = (name) => path.join(folder, name);
 const run = (program, ...args) => execFileSync(path.join(build, program), args.map(String), { encoding: 'utf8' });
-const corpus = (name) => path.join(root, 't4d/conformance/corpus/files/valid', name);
+const corpus = (name) => path.join(root, 'conformance/corpus/files/valid', name);
 const fileOf = (name) => open(new Uint8Array(readFileSync(name)));
 
 const files = {

@@ -89,7 +89,7 @@ test('a slice at a time has no sketch', async () => {
 });
 
 test('what was not swept has no sketch', async () => {
-  const name = path.join(root, 't4d/conformance/corpus/files/valid/ring.t4d');
+  const name = path.join(root, 'conformance/corpus/files/valid/ring.t4d');
   const file = await open(new Uint8Array(readFileSync(name)));
   assert.deepEqual(await sketches(file, hyperplane([1, 0, 0, 0], 0.1)), []);
 });

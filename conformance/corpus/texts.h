@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string>
+
+/// Hand-written files of the corpus, from conformance/corpus/files/.
+namespace t4d::conformance {
+
+extern const std::string kManifestSchema;
+extern const std::string kLicense;
+extern const std::string kReadme;
+
+}  // namespace t4d::conformance

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "formats/t4d/metadata.h"
+#include "model/slab.h"
+
+/// The meshes that a writer under test has to store.
+namespace t4d::conformance {
+
+struct WriterCase {
+  std::string id;              ///< kind and name: "means/screw-with-means"
+  std::string about;           ///< a sentence
+  formats::Metadata metadata;  ///< names the bodies
+  std::vector<model::Mesh> bodies;
+  std::string skipped;  ///< why the case is skipped; empty if it is not
+};
+
+/// All cases, the simplest first: the meshes of the corpus's valid files, each once. The kind tells
+/// what a writer must be able to store: "plain" cells and positions, "means", "attributes", several
+/// "bodies", members of "head".
+std::vector<WriterCase> writerCases();
+
+/// The case as JSON, the input of a writer (docs/conform.md, writer_mesh.schema.json). Layers and
+/// connectivities are listed once; slabs refer to them.
+struct MeshText {
+  std::string json;
+  std::size_t connectivities = 0;
+  std::size_t layers = 0;
+};
+MeshText textOf(const WriterCase& test);
+
+}  // namespace t4d::conformance

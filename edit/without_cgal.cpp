@@ -1,0 +1,38 @@
+// What a build without CGAL has of the functions that need it.
+#include "edit/fill_hole.h"
+#include "edit/outer_surface.h"
+#include "edit/surface_crossings.h"
+
+namespace t4d::edit {
+namespace {
+
+Error noCgal() {
+  return fail(ErrorCode::Unsupported,
+              "this build has no CGAL, which filling holes and taking the outer surface need");
+}
+
+}  // namespace
+
+bool findsCrossings() { return false; }
+
+Result<SurfaceCrossings> findCrossings(const model::TriangleMesh& /*mesh*/, std::size_t /*most*/) {
+  return noCgal();
+}
+
+Result<std::optional<mesh4d::StepCrossing>> crossingWithin(const model::TriangleMesh& /*mesh*/,
+                                                           const model::Slab& /*step*/) {
+  return noCgal();
+}
+
+Result<OuterSurface> outerSurface(const model::TriangleMesh& /*mesh*/,
+                                  const SurfaceCrossings& /*crossings*/) {
+  return noCgal();
+}
+
+Result<std::vector<model::Triangle>> fillHole(const model::TriangleMesh& /*mesh*/,
+                                              std::span<const std::uint32_t> /*loop*/,
+                                              std::span<const std::uint32_t> /*apexes*/) {
+  return noCgal();
+}
+
+}  // namespace t4d::edit

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string_view>
+
+#include "formats/input_file.h"
+#include "formats/mesh4d/mesh4d.h"
+
+/// OFF files of 4D meshes. Three programs have made three formats of it, with headers that do not
+/// tell them apart:
+/// * Stella and Miratope, `4OFF` and four counts `V F E C`: faces list vertices, cells list faces.
+///   Cells are convex polyhedra, and become tetrahedra by pulling (polyhedron.h). Four triangles
+///   are one tetrahedron, whose corner i is opposite its face i: so our own files keep their
+///   orientation. Other cells have none.
+/// * IJK, `4OFF` and three counts `V T 0`: each line `4 a b c d` is a tetrahedron.
+/// * Geomview: polygons only. In `4OFF` with three counts the fourth number divides the others; in
+///   `nOFF`, with a line for the dimension, it does not.
+namespace t4d::formats {
+
+/// Whether text is a 4D OFF file: by the header, and the number of counts after it.
+bool isStellaOff(std::string_view begin);
+bool isIjkOff(std::string_view begin);
+bool isGeomviewOff(std::string_view begin);
+
+Result<LoadedMesh4d> readStellaOff(const InputFile& file);
+Result<LoadedMesh4d> readIjkOff(const InputFile& file);
+
+/// Refuses the file: it has no tetrahedra.
+Result<LoadedMesh4d> readGeomviewOff(const InputFile& file);
+
+}  // namespace t4d::formats

@@ -1,0 +1,17 @@
+#pragma once
+
+#include "model/triangle_mesh.h"
+
+/// Solids that descriptions of robots give by their measures, about the origin.
+namespace t4d::formats {
+
+model::TriangleMesh boxMesh(const Eigen::Vector3d& size);
+/// With its axis along z. The curved side is a prism of kRoundSides sides inscribed in it.
+model::TriangleMesh cylinderMesh(double radius, double length);
+/// Of kRoundSides meridians and half as many rows of latitude, inscribed in the sphere.
+model::TriangleMesh sphereMesh(double radius);
+
+/// Surfaces are within 1 - cos(pi / kRoundSides) = 0.12 % of the radius, those of spheres 0.25 %.
+inline constexpr int kRoundSides = 64;
+
+}  // namespace t4d::formats

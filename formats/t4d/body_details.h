@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "formats/t4d/metadata.h"
+
+/// What the details of bodies say of a mechanism that they are part of.
+namespace t4d::formats {
+
+/// The rigid link that the body is a part of, beside others perhaps; by default the body itself.
+std::string linkOf(const BodyInfo& body);
+void setLink(BodyInfo& body, const std::string& link);
+
+/// How far slices can be from the true solid at their time, and the other way round, in length
+/// units, where poses do not tell: the motion from one to the next is not a screw. Nothing if it
+/// is not stated.
+std::optional<double> chordBoundOf(const BodyInfo& body);
+void setChordBound(BodyInfo& body, double bound);
+
+/// What mending did to the solid before it was swept.
+struct MendedInfo {
+  std::optional<double> volumeBefore = {};  ///< nothing if the surface was open
+  double volumeAfter = 0;
+  double hausdorff = 0;             ///< between the surfaces before and after, in length units
+  std::uint64_t lostTriangles = 0;  ///< dropped outside of the mended solid
+  double lostDistance = 0;          ///< how far they were outside of it, in length units
+};
+
+/// Nothing if the solid was not mended, or had nothing to mend.
+std::optional<MendedInfo> mendedInfoOf(const BodyInfo& body);
+void setMendedInfo(BodyInfo& body, const MendedInfo& info);
+
+}  // namespace t4d::formats

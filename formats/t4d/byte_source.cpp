@@ -1,0 +1,36 @@
+#include "formats/t4d/byte_source.h"
+
+#include <fmt/format.h>
+
+#include "formats/t4d/url.h"
+#ifdef T4D_WITH_CURL
+#include "formats/t4d/http_source.h"
+#endif
+
+namespace t4d::formats {
+
+Result<std::unique_ptr<ByteSource>> openByteSource(const std::filesystem::path& pathOrUrl) {
+  const std::string& text = pathOrUrl.native();
+  if (text == "-") {
+    return fail(
+        ErrorCode::Io,
+        "slabs are read at their offsets, which takes a file: save it first, and give its path",
+        "standard input");
+  }
+  const std::string scheme = schemeOf(text);
+  if (scheme.empty()) return openFileSource(pathOrUrl);
+  const auto refused = [&](const std::string& message) {
+    return fail(ErrorCode::Io, message, shownName(text));
+  };
+  if (scheme == "file") return refused("give the path instead of a URL");
+  if (scheme != "http" && scheme != "https") {
+    return refused(fmt::format("{}:// cannot be read; http://, https:// and paths can", scheme));
+  }
+#ifdef T4D_WITH_CURL
+  return openHttpSource(text);
+#else
+  return refused("this build has no libcurl to read it with; download the file first");
+#endif
+}
+
+}  // namespace t4d::formats

@@ -1,0 +1,312 @@
+#include "formats/toolpath/gcode_machine.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "model/amount_text.h"
+
+namespace t4d::formats {
+namespace {
+
+constexpr double kMmPerInch = 25.4;
+constexpr int kLargestTool = 99'999;
+
+bool isCycle(int motion) { return motion >= 730; }
+
+}  // namespace
+
+GcodeMachine::GcodeMachine(const ToolPathOptions& options)
+    : options_(options),
+      kinematics_(options.rotaries),
+      builder_(options),
+      tipControl_(options.tipControl) {
+  const auto axesOf = [](const model::Point3& point) {
+    return MachineAxes{point.x(), point.y(), point.z(), 0, 0, 0};
+  };
+  for (const auto& [code, point] : options.offsets) {
+    if (code == 530) {
+      machineZero_ = axesOf(point);
+    } else if (code >= 540) {
+      const int system = code <= 590 ? (code - 540) / 10 : code - 590 + 5;
+      origins_[static_cast<std::size_t>(system)] = axesOf(point);
+    }
+  }
+  if (!machineZero_) return;
+  for (const int code : {280, 300}) {
+    const auto stated = options.offsets.find(code);
+    const model::Point3 point =
+        stated == options.offsets.end() ? model::Point3::Zero().eval() : stated->second;
+    auto& reference = references_[code == 280 ? 0 : 1];
+    reference = axesOf(point);
+    for (std::size_t i = 0; i < 3; ++i) (*reference)[i] += (*machineZero_)[i];
+  }
+}
+
+Result<void> GcodeMachine::apply(const GcodeBlock& block, std::uint64_t line) {
+  line_ = line;
+  if (auto good = checkWords(block); !good) return good;
+  if (const auto units = block.code(GcodeGroup::Units)) unit_ = *units == 200 ? kMmPerInch : 1;
+  if (auto done = setFeed(block); !done) return done;
+  if (auto done = setTool(block); !done) return done;
+  if (auto done = setModes(block); !done) return done;
+  if (const auto motion = block.code(GcodeGroup::Motion)) {
+    if (isCycle(*motion) && !(motion_ && isCycle(*motion_))) motionBefore_ = motion_;
+    motion_ = motion;
+  }
+  const bool cycles = motion_ && isCycle(*motion_);
+  if (!cycles) series_.reset();
+  if (const auto code = block.code(GcodeGroup::NonModal)) return applyNonModal(*code, block);
+  if (const auto code = block.code(GcodeGroup::ToolLength); code == 431 || code == 432) return {};
+  if (block.hasAxes() || block.hasCentre() || (block.r && !cycles)) return move(block);
+  if (cycles && block.code(GcodeGroup::Motion)) {
+    return invalid(fmt::format("{} stands without X, Y or Z", gcodeWord(*motion_)));
+  }
+  return {};
+}
+
+/// Refuses words that nothing in the line reads.
+Result<void> GcodeMachine::checkWords(const GcodeBlock& block) const {
+  const auto motion = block.code(GcodeGroup::Motion).value_or(motion_.value_or(0));
+  const auto nonModal = block.code(GcodeGroup::NonModal);
+  const bool moves = block.hasAxes() || block.hasCentre() || block.r;
+  const bool others = nonModal && nonModal != 40;
+  const bool arcs = moves && !others && (motion == 20 || motion == 30);
+  const bool cycles = block.hasAxes() && !others && isCycle(motion);
+  const bool blends = block.code(GcodeGroup::Path) == 640;
+  const bool sets = nonModal == 100;
+  if (block.p && !arcs && !cycles && !blends && !sets && nonModal != 40 && !block.calls) {
+    return invalid(
+        fmt::format("P{:g} stands without G2, G3, G4, G10, G64, M98 or a canned cycle", *block.p));
+  }
+  if (block.q && !cycles && !blends && !block.namesTool) {
+    return invalid(fmt::format("Q{:g} stands without G64, M61 or a canned cycle", *block.q));
+  }
+  if (block.l && !cycles && !sets && !block.calls) {
+    return invalid(fmt::format("L{:g} stands without G10, M98 or a canned cycle", *block.l));
+  }
+  if (block.r && isCycle(motion) && !cycles && !sets) {
+    return invalid(fmt::format("R{:g} stands without X, Y or Z", *block.r));
+  }
+  const auto length = block.code(GcodeGroup::ToolLength);
+  if (block.h && !options_.lengths.empty() && (!length || length == 431)) {
+    return invalid(fmt::format("H{:g} stands without G43", *block.h));
+  }
+  return checkRotaries(block);
+}
+
+/// An axis that stays at zero need not be known.
+Result<void> GcodeMachine::checkRotaries(const GcodeBlock& block) const {
+  for (int axis = 3; axis < 6; ++axis) {
+    const double value = block.axes[static_cast<std::size_t>(axis)].value_or(0);
+    if (value == 0 || kinematics_.turns(axis)) continue;
+    return fail(ErrorCode::Unsupported,
+                fmt::format("{}{:g} is not supported: it is a rotary axis; say how the machine "
+                            "turns, or give cutter locations (GOTO/x,y,z,i,j,k)",
+                            "XYZABC"[axis], value),
+                {}, Remedy::RotaryAxis);
+  }
+  return {};
+}
+
+Result<void> GcodeMachine::setFeed(const GcodeBlock& block) {
+  if (const auto mode = block.code(GcodeGroup::FeedMode)) {
+    const bool inverse = *mode == 930;
+    if (inverse != inverseTime_) feed_ = 0;
+    inverseTime_ = inverse;
+  }
+  inverseFeed_ = 0;
+  if (!block.f) return {};
+  if (!(*block.f > 0)) return invalid(fmt::format("the feed is {:g}", *block.f));
+  if (inverseTime_) {
+    inverseFeed_ = *block.f;
+  } else {
+    feed_ = *block.f * unit_;
+    turnFeed_ = *block.f;
+  }
+  return {};
+}
+
+Result<void> GcodeMachine::setTool(const GcodeBlock& block) {
+  if (block.t) selected_ = *block.t;
+  if (block.namesTool) {
+    if (!block.q) return invalid("M61 has no Q, the number of the tool");
+    return mount(*block.q);
+  }
+  return block.changesTool ? mount(selected_) : Result<void>();
+}
+
+Result<void> GcodeMachine::mount(double tool) {
+  if (mounted_ == tool) return {};
+  if (!options_.tools && cuts_) {
+    return fail(ErrorCode::Unsupported,
+                fmt::format("a second tool is mounted (T{:g}), and one is given for all", tool), {},
+                Remedy::EachTool);
+  }
+  const auto number = tool == std::floor(tool) && tool >= 0 && tool <= kLargestTool
+                          ? static_cast<int>(tool)
+                          : kLargestTool + 1;
+  Eigen::Vector3d length = Eigen::Vector3d::Zero();
+  if (const auto found = options_.lengths.find(number); found != options_.lengths.end()) {
+    length = found->second;
+  } else if (!options_.lengths.empty() && number != 0) {
+    return invalid(fmt::format("T{:g} is mounted, and it is not in the tool table", tool));
+  }
+  mounted_ = tool;
+  notedLength_ = false;
+  const bool isElsewhere = length != length_ && builder_.started() && !builder_.isAway();
+  length_ = length;
+  if (isElsewhere) builder_.leave();
+  auto taken = builder_.mount(number == 0 ? std::nullopt : std::optional(number));
+  if (!taken || !isElsewhere) return taken;
+  const ToolPlace next = place(at_);
+  return builder_.comeBack(next.tip, next.axis);
+}
+
+Result<void> GcodeMachine::setModes(const GcodeBlock& block) {
+  if (block.code(GcodeGroup::Cancel) && motion_ && isCycle(*motion_)) {
+    motion_ = motionBefore_;
+    series_.reset();
+  }
+  if (const auto plane = block.code(GcodeGroup::Plane)) {
+    plane_ = *plane == 170   ? std::array{0, 1, 2}
+             : *plane == 180 ? std::array{2, 0, 1}
+                             : std::array{1, 2, 0};
+    series_.reset();
+  }
+  if (const auto origin = block.code(GcodeGroup::Origin)) {
+    system_ = static_cast<std::size_t>(*origin <= 590 ? (*origin - 540) / 10 : *origin - 590 + 5);
+  }
+  if (const auto distance = block.code(GcodeGroup::Distance)) relative_ = *distance == 910;
+  if (const auto centres = block.code(GcodeGroup::Centres)) relativeCentre_ = *centres == 911;
+  if (const auto retract = block.code(GcodeGroup::Retract)) retractsToClear_ = *retract == 990;
+  const auto length = block.code(GcodeGroup::ToolLength);
+  return length ? setToolLength(*length, block) : Result<void>();
+}
+
+Result<void> GcodeMachine::setToolLength(Tenths code, const GcodeBlock& block) {
+  if (code == 490) {
+    lengthOffset_.setZero();
+    controlTip(options_.tipControl);
+    return {};
+  }
+  if (code == 434) controlTip(true);
+  const bool tips = options_.lengths.empty();  // are programmed
+  if (code == 431) {
+    if (tips) {
+      return fail(ErrorCode::Unsupported,
+                  "G43.1 is not supported where lengths of tools are not known", {},
+                  Remedy::ToolTable);
+    }
+    for (int i = 0; i < 3; ++i) {
+      if (const auto& given = block.axes[static_cast<std::size_t>(i)]) {
+        lengthOffset_[i] = *given * unit_;
+      }
+    }
+    return {};
+  }
+  if (tips) return {};
+  const double number = block.h.value_or(mounted_.value_or(0));
+  const auto found = options_.lengths.find(static_cast<int>(number));
+  const bool known = found != options_.lengths.end() && number == found->first;
+  if (!known && number != 0) {
+    return invalid(fmt::format("{} H{:g}: there is no tool {:g} in the tool table", gcodeWord(code),
+                               number, number));
+  }
+  const Eigen::Vector3d offset = known ? found->second : Eigen::Vector3d::Zero().eval();
+  lengthOffset_ = code == 432 ? (lengthOffset_ + offset).eval() : offset;
+  return {};
+}
+
+void GcodeMachine::controlTip(bool on) {
+  if (on == tipControl_) return;
+  const bool turned =
+      std::any_of(at_.begin() + 3, at_.end(), [](double angle) { return angle != 0; });
+  if (turned && !(known_[0] && known_[1] && known_[2])) known_ = {};
+  if (on) {
+    const model::Point3 control = place(at_).tip + length_;
+    std::copy_n(control.data(), 3, at_.begin());
+  } else {
+    const model::Point3 tip = place(at_).tip;
+    at_ = kinematics_.positionOf(tip, at_, length_);
+  }
+  tipControl_ = on;
+}
+
+std::optional<double> GcodeMachine::parameter(int number) const {
+  const auto within = [&](int first, int count) {
+    return number >= first && number < first + count;
+  };
+  const auto unitless = [&](double value, int axis) { return value / unitOf(axis); };
+  if (number == 5220) return static_cast<double>(system_ + 1);
+  if (number == 5400) return mounted_.value_or(0);
+  if (within(5401, 3)) return unitless(lengthOffset_[number - 5401], 0);
+  if (within(5211, 6))
+    return unitless(shift_[static_cast<std::size_t>(number - 5211)], number - 5211);
+  if (within(5420, 6)) {
+    const int axis = number - 5420;
+    if (axis < 3 && !known_[static_cast<std::size_t>(axis)]) return std::nullopt;
+    return unitless(at_[static_cast<std::size_t>(axis)] - offsetOf(axis), axis);
+  }
+  if (within(5221, 180) && (number - 5221) % 20 < 6 && machineZero_) {
+    const auto& origin = origins_[static_cast<std::size_t>((number - 5221) / 20)];
+    const int axis = (number - 5221) % 20;
+    const auto i = static_cast<std::size_t>(axis);
+    if (origin) return unitless((*origin)[i] - (*machineZero_)[i], axis);
+  }
+  return std::nullopt;
+}
+
+std::optional<double> GcodeMachine::parameter(const std::string& name) const {
+  constexpr std::array<std::string_view, 6> kPositions = {"_X", "_Y", "_Z", "_A", "_B", "_C"};
+  const auto position = std::ranges::find(kPositions, name);
+  if (position != kPositions.end()) {
+    return parameter(5420 + static_cast<int>(position - kPositions.begin()));
+  }
+  if (name == "_LINE") return static_cast<double>(line_);
+  if (name == "_METRIC") return unit_ == 1 ? 1 : 0;
+  if (name == "_IMPERIAL") return unit_ == 1 ? 0 : 1;
+  if (name == "_ABSOLUTE") return relative_ ? 0 : 1;
+  if (name == "_INCREMENTAL") return relative_ ? 1 : 0;
+  if (name == "_PLANE") return plane_[2] == 2 ? 170 : plane_[2] == 1 ? 180 : 190;
+  if (name == "_FEED") return feed_ / unit_;
+  if (name == "_CURRENT_TOOL") return mounted_.value_or(0);
+  if (name == "_SELECTED_TOOL") return selected_;
+  if (name == "_COORD_SYSTEM") return system_ < 6 ? 540 + 10 * system_ : 585 + system_;
+  return std::nullopt;
+}
+
+/// Once for each tool that is mounted.
+void GcodeMachine::noteLengthOffset() {
+  if (notedLength_ || options_.lengths.empty() || (lengthOffset_ - length_).norm() < 1e-9) return;
+  notedLength_ = true;
+  notes_.emplace_back(line_,
+                      fmt::format("T{:g} cuts with a length offset of {:g} (G43), and is {:g} long "
+                                  "in the tool table: its tip is {:g} lower than programmed",
+                                  mounted_.value_or(0), lengthOffset_.z(), length_.z(),
+                                  length_.z() - lengthOffset_.z()));
+}
+
+Result<ToolPath> GcodeMachine::finish(const InputFile& file) {
+  builder_.path.moves = moves_;
+  builder_.path.unknownMoves = leftOut_;
+  auto& notices = builder_.path.notices;
+  for (const auto& [line, sentence] : notes_) {
+    notices.push_back(fmt::format("{}: {}", file.atLine(line).text(), sentence));
+  }
+  if (leftOut_ > 0) {
+    notices.push_back(fmt::format(
+        "{}: {} of the machine (G28, G30, G53) that are not known: the tool is out of the way "
+        "until X, Y and Z are given again",
+        file.atLine(firstLeftOut_).text(),
+        model::counted(leftOut_, "move goes to places", "moves go to places")));
+  }
+  if (dwells_ > 0) {
+    notices.push_back(fmt::format("{}: {} no time here", file.path.string(),
+                                  model::counted(dwells_, "dwell takes", "dwells take")));
+  }
+  return builder_.finish();
+}
+
+}  // namespace t4d::formats

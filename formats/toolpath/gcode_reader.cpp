@@ -1,0 +1,44 @@
+#include "formats/toolpath/gcode_reader.h"
+
+#include <fmt/format.h>
+
+#include "formats/toolpath/gcode_machine.h"
+#include "formats/toolpath/gcode_parameters.h"
+#include "formats/toolpath/gcode_program.h"
+
+namespace t4d::formats {
+
+Result<ToolPath> readGcode(const InputFile& file, const ToolPathOptions& options) {
+  GcodeMachine machine(options);
+  GcodeParameters parameters({[&](int number) { return machine.parameter(number); },
+                              [&](const std::string& name) { return machine.parameter(name); }});
+  GcodeProgram program(file.bytes, parameters, [&](const GcodeBlock& block, std::uint64_t line) {
+    return machine.apply(block, line);
+  });
+  if (auto ran = program.run(options.repeatedLines); !ran) {
+    Error error = ran.error();
+    error.where = file.atLine(program.line());
+    return error;
+  }
+  auto path = machine.finish(file);
+  if (!path) {
+    path.error().where = file.path.string();
+    return path;
+  }
+  const std::size_t optional = program.optionalLines();
+  if (optional > 0) {
+    path->notices.push_back(
+        fmt::format("{}: {} with / (block delete) {} carried out", file.path.string(),
+                    optional == 1 ? "1 line" : fmt::format("{} lines", optional),
+                    optional == 1 ? "is" : "are"));
+  }
+  return path;
+}
+
+Result<ToolPath> readGcode(const std::filesystem::path& path, const ToolPathOptions& options) {
+  const auto file = readInputFile(path);
+  if (!file) return file.error();
+  return readGcode(*file, options);
+}
+
+}  // namespace t4d::formats

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <filesystem>
+
+#include "formats/input_file.h"
+#include "formats/toolpath/tool_path.h"
+
+namespace t4d::formats {
+
+/// Reads a program for a mill in G-code (RS-274/NGC, ISO 6983). Where dialects differ it follows
+/// LinuxCNC; subprograms also are Fanuc's (M98 P L, M99). docs/mill.md lists the words.
+///
+/// * GcodeProgram goes through the lines: O-words, loops and calls, with a bound on what is carried
+///   out, and GcodeParameters holds the values of #1 and #<name>;
+/// * GcodeWords reads numbers and expressions, GcodeBlock the words of a line;
+/// * GcodeMachine is the state that they set, and moves the tool: modal groups, offsets, canned
+///   cycles, tools and rotary axes.
+///
+/// Moves before X, Y and Z have all been given are skipped; the path starts where they first are,
+/// with rotary axes at zero. Arcs and turns become chords with ends on their paths. Dwells take no
+/// time. Comments are in brackets or follow a semicolon; letters may be lower case, and blanks may
+/// stand anywhere.
+///
+/// Fails, with the line, for all words that are not known, two words of one modal group in a line,
+/// malformed numbers, words that nothing in the line reads, a cutting move without feed or tool
+/// or before the position is known, a program that may never end, and what ToolPathBuilder refuses.
+Result<ToolPath> readGcode(const InputFile& file, const ToolPathOptions& options = {});
+Result<ToolPath> readGcode(const std::filesystem::path& path, const ToolPathOptions& options = {});
+
+}  // namespace t4d::formats

@@ -1,0 +1,12 @@
+#pragma once
+
+#include "formats/input_file.h"
+#include "formats/triangle/triangle_mesh_reader.h"
+
+namespace t4d::formats {
+
+/// Reads a Wavefront OBJ file: `v` and `f` statements; groups, materials, lines and curves are
+/// ignored.
+Result<LoadedMesh> readObj(const InputFile& file, Keep keep = Keep::Shape);
+
+}  // namespace t4d::formats

@@ -1,0 +1,13 @@
+#pragma once
+
+#include "formats/output_file.h"
+#include "formats/triangle/triangle_mesh_writer.h"
+
+namespace t4d::formats {
+
+/// Writes binary little-endian PLY, all meshes as one: `writeTriangleMeshes` says more. The meshes
+/// have been checked; the caller commits the file.
+Result<std::vector<std::string>> writePly(OutputFile& file, std::span<const NamedMesh> meshes,
+                                          const MeshWriteOptions& options);
+
+}  // namespace t4d::formats

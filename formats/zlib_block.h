@@ -1,0 +1,23 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "model/error.h"
+
+/// Data compressed in one piece, in the zlib format (RFC 1950).
+namespace t4d::formats {
+
+/// The maximum compression ratio of deflate: no piece unpacks to more than this many times its
+/// size.
+inline constexpr std::size_t kMostZlibRatio = 1032;
+
+/// Compresses at most 2 GiB, fast rather than well.
+std::string zlibCompressed(std::string_view bytes);
+
+/// Unpacks exactly `into.size()` bytes; fails if there are more or fewer, or if the data or their
+/// checksum are wrong. The error has no `where`.
+Result<void> zlibUnpack(std::string_view packed, std::span<char> into);
+
+}  // namespace t4d::formats

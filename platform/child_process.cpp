@@ -1,0 +1,436 @@
+#include "platform/child_process.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <sstream>
+#include <string_view>
+#include <utility>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <spawn.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "platform/cleanup.h"
+
+namespace t4d::platform {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+/// Longest wait between two looks at RunOptions::stop.
+constexpr int kLookMilliseconds = 100;
+
+class Descriptor {
+ public:
+  explicit Descriptor(int number = -1) : number_(number) {}
+  ~Descriptor() { reset(); }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+
+  int get() const { return number_; }
+  void reset(int number = -1) {
+    if (number_ >= 0) close(number_);
+    number_ = number;
+  }
+
+ private:
+  int number_;
+};
+
+Error cannot(const std::string& what, int reason) {
+  return fail(ErrorCode::Failed, fmt::format("cannot {}: {}", what, std::strerror(reason)));
+}
+
+/// One of the program's streams, and what has come out of it.
+class Stream {
+ public:
+  Stream(std::string& text, std::size_t most) : text_(text), most_(most) {}
+
+  Result<void> open() {
+    std::array<int, 2> ends{};
+    if (pipe2(ends.data(), O_CLOEXEC) != 0) return cannot("make a pipe", errno);
+    ours_.reset(ends[0]);
+    theirs_.reset(ends[1]);
+    if (fcntl(ours_.get(), F_SETFL, O_NONBLOCK) != 0) return cannot("set up a pipe", errno);
+    return {};
+  }
+  int ours() const { return ours_.get(); }
+  int theirs() const { return theirs_.get(); }
+  void closeTheirs() { theirs_.reset(); }
+
+  /// Takes what is there, up to more than a pipe can hold: a program may write faster than we read.
+  /// Closes our end where no more can come.
+  void drain() {
+    constexpr int kReads = 32;
+    std::array<char, 65536> buffer;
+    for (int reads = 0; reads < kReads && ours_.get() >= 0; ++reads) {
+      const ssize_t size = read(ours_.get(), buffer.data(), buffer.size());
+      if (size < 0 && errno == EINTR) continue;
+      if (size < 0 && errno == EAGAIN) return;
+      if (size <= 0) return ours_.reset();
+      const std::size_t room = most_ - std::min(most_, text_.size());
+      text_.append(buffer.data(), std::min(static_cast<std::size_t>(size), room));
+    }
+  }
+
+ private:
+  Descriptor ours_;
+  Descriptor theirs_;
+  std::string& text_;
+  std::size_t most_;
+};
+
+/// How a process is started: its streams, a group of its own, no signal blocked or ignored, and
+/// no other descriptor of ours open.
+class Spawning {
+ public:
+  /// Each is a descriptor; for `message`, -1 means that it shares ours.
+  Spawning(int input, int output, int message) {
+    posix_spawn_file_actions_init(&actions_);
+    if (input >= 0) {
+      posix_spawn_file_actions_adddup2(&actions_, input, STDIN_FILENO);
+    } else {
+      posix_spawn_file_actions_addopen(&actions_, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+    }
+    posix_spawn_file_actions_adddup2(&actions_, output, STDOUT_FILENO);
+    if (message >= 0) posix_spawn_file_actions_adddup2(&actions_, message, STDERR_FILENO);
+    posix_spawn_file_actions_addclosefrom_np(&actions_, STDERR_FILENO + 1);
+    posix_spawnattr_init(&attributes_);
+    sigset_t signals;
+    sigemptyset(&signals);
+    posix_spawnattr_setsigmask(&attributes_, &signals);
+    sigfillset(&signals);
+    posix_spawnattr_setsigdefault(&attributes_, &signals);
+    posix_spawnattr_setpgroup(&attributes_, 0);
+    posix_spawnattr_setflags(
+        &attributes_, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
+  }
+  ~Spawning() {
+    posix_spawn_file_actions_destroy(&actions_);
+    posix_spawnattr_destroy(&attributes_);
+  }
+  Spawning(const Spawning&) = delete;
+  Spawning& operator=(const Spawning&) = delete;
+
+  /// 0, or why not.
+  int start(std::vector<std::string> words, pid_t& child) const {
+    std::vector<char*> arguments;
+    arguments.reserve(words.size() + 1);
+    for (std::string& word : words) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    return posix_spawn(&child, words[0].c_str(), &actions_, &attributes_, arguments.data(),
+                       environ);
+  }
+
+ private:
+  posix_spawn_file_actions_t actions_{};
+  posix_spawnattr_t attributes_{};
+};
+
+Error cannotStart(const std::string& path, int reason) {
+  std::string why = std::strerror(reason);
+  if (reason == ENOEXEC) {
+    why += "; a script begins with a line like #!/usr/bin/env python3";
+  } else if (reason == ENOENT && fs::exists(path)) {
+    why = "the interpreter that its first line names is not there";
+  }
+  const bool busy = reason == EAGAIN || reason == ENOMEM;
+  return fail(busy ? ErrorCode::Failed : ErrorCode::InvalidInput, "cannot be started: " + why,
+              path);
+}
+
+/// Blocks SIGPIPE in this thread, and forgets those that arrived.
+class WithoutSigpipe {
+ public:
+  WithoutSigpipe() {
+    sigemptyset(&set_);
+    sigaddset(&set_, SIGPIPE);
+    sigset_t pending;
+    sigemptyset(&pending);
+    sigpending(&pending);
+    wasPending_ = sigismember(&pending, SIGPIPE) == 1;
+    pthread_sigmask(SIG_BLOCK, &set_, &before_);
+  }
+  ~WithoutSigpipe() {
+    const timespec none{};
+    if (!wasPending_) {
+      while (sigtimedwait(&set_, nullptr, &none) < 0 && errno == EINTR) {
+      }
+    }
+    pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+  }
+  WithoutSigpipe(const WithoutSigpipe&) = delete;
+  WithoutSigpipe& operator=(const WithoutSigpipe&) = delete;
+
+ private:
+  sigset_t set_{};
+  sigset_t before_{};
+  bool wasPending_ = false;
+};
+
+/// The processor time of the processes of a group so far, and of those that they have waited for.
+double processorSecondsOf(pid_t group) {
+  long ticks = 0;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator("/proc", error)) {
+    const std::string name = entry.path().filename();
+    if (name.find_first_not_of("0123456789") != std::string::npos) continue;
+    std::ifstream file(entry.path() / "stat");
+    std::string stat;
+    std::getline(file, stat, '\0');
+    // The name of the program, in parentheses, may have any characters.
+    std::istringstream fields(stat.substr(std::min(stat.rfind(')'), stat.size() - 1) + 1));
+    std::string skipped;
+    long parent = 0;
+    long its = 0;
+    fields >> skipped >> parent >> its;
+    if (!fields || its != group) continue;
+    for (int i = 0; i < 8; ++i) fields >> skipped;
+    for (int i = 0; i < 4; ++i) {
+      long time = 0;
+      fields >> time;
+      ticks += time;
+    }
+  }
+  return static_cast<double>(ticks) / static_cast<double>(sysconf(_SC_CLK_TCK));
+}
+
+bool executable(const fs::path& path) {
+  std::error_code error;
+  return fs::is_regular_file(path, error) && access(path.c_str(), X_OK) == 0;
+}
+
+/// The words of a command line. An error is an open quote.
+Result<std::vector<std::string>> wordsOf(const std::string& text) {
+  std::vector<std::string> words;
+  std::optional<std::string> word;
+  char quote = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    const bool blank = c == ' ' || c == '\t' || c == '\n';
+    if (quote == 0 && blank) {
+      if (word) words.push_back(*std::exchange(word, std::nullopt));
+      continue;
+    }
+    if (!word) word.emplace();
+    if (c == quote) {
+      quote = 0;
+    } else if (quote == 0 && (c == '"' || c == '\'')) {
+      quote = c;
+    } else if (c == '\\' && quote != '\'' && i + 1 < text.size()) {
+      *word += text[++i];
+    } else {
+      *word += c;
+    }
+  }
+  if (quote != 0) return invalid(fmt::format("the quote {} is not closed", quote), text);
+  if (word) words.push_back(*word);
+  if (words.empty()) return invalid("the command is empty");
+  return words;
+}
+
+}  // namespace
+
+Result<std::vector<std::string>> splitCommand(const std::string& text) {
+  std::error_code error;
+  if (text.find('/') != std::string::npos && executable(text)) return std::vector{text};
+  auto words = wordsOf(text);
+  if (!words) return words;
+  std::string& program = words->front();
+  if (program.find('/') != std::string::npos) {
+    if (executable(program)) return words;
+    if (!fs::exists(program, error)) return invalid("is not there", program);
+    if (!fs::is_regular_file(program, error)) return invalid("is not a file", program);
+    return invalid(
+        fmt::format("is not executable: `chmod +x {}` makes it so, or name what runs it, "
+                    "as in 'python3 {}'",
+                    program, program),
+        program);
+  }
+  const char* path = std::getenv("PATH");
+  std::string_view folders = path == nullptr ? "" : path;
+  while (!folders.empty()) {
+    const std::size_t colon = folders.find(':');
+    const fs::path found = fs::path(folders.substr(0, colon)) / program;
+    if (executable(found)) {
+      program = found.string();
+      return words;
+    }
+    folders = colon == std::string_view::npos ? "" : folders.substr(colon + 1);
+  }
+  return invalid(fs::exists(program, error)
+                     ? fmt::format("is not in PATH; the file in this folder is ./{}", program)
+                     : "is not in PATH",
+                 program);
+}
+
+struct ChildProcess::State {
+  explicit State(const Options& options)
+      : output(run.output, options.outputBytes), message(run.message, options.outputBytes) {}
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+  ~State() { reap(); }
+
+  /// Kills the process group and waits for the process; returns its status.
+  int reap() {
+    if (child == 0) return 0;
+    // Before it is waited for: until then no other group can have its number.
+    kill(-child, SIGKILL);
+    note.release();
+    int status = 0;
+    rusage usage{};
+    while (wait4(child, &status, 0, &usage) < 0 && errno == EINTR) {
+    }
+    child = 0;
+    run.peakBytes = static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+    return status;
+  }
+
+  ProgramRun run;
+  Stream output;
+  Stream message;
+  Descriptor input;
+  pid_t child = 0;
+  Cleanup note;
+  Descriptor process;
+  Clock::time_point begun;
+};
+
+ChildProcess::ChildProcess(std::unique_ptr<State> state) : state_(std::move(state)) {}
+ChildProcess::ChildProcess(ChildProcess&&) noexcept = default;
+ChildProcess& ChildProcess::operator=(ChildProcess&&) noexcept = default;
+ChildProcess::~ChildProcess() = default;
+
+Result<ChildProcess> ChildProcess::start(const std::vector<std::string>& words,
+                                         const Options& options) {
+  auto state = std::make_unique<State>(options);
+  if (auto open = state->output.open(); !open) return open.error();
+  if (options.captureMessage) {
+    if (auto open = state->message.open(); !open) return open.error();
+  }
+  Descriptor theirInput;
+  if (options.pipeInput) {
+    std::array<int, 2> ends{};
+    if (pipe2(ends.data(), O_CLOEXEC) != 0) return cannot("make a pipe", errno);
+    theirInput.reset(ends[0]);
+    state->input.reset(ends[1]);
+    if (fcntl(ends[1], F_SETFL, O_NONBLOCK) != 0) return cannot("set up a pipe", errno);
+  }
+  const Spawning spawning(theirInput.get(), state->output.theirs(), state->message.theirs());
+  state->begun = Clock::now();
+  {
+    const HeldCleanup held;
+    pid_t child = 0;
+    if (const int failed = spawning.start(words, child); failed != 0) {
+      return cannotStart(words[0], failed);
+    }
+    state->child = child;
+    state->note = Cleanup::process(held, -child);
+  }
+  state->output.closeTheirs();
+  state->message.closeTheirs();
+  state->process.reset(static_cast<int>(syscall(SYS_pidfd_open, state->child, 0)));
+  if (state->process.get() < 0) return cannot("watch a process", errno);
+  return ChildProcess(std::move(state));
+}
+
+std::string& ChildProcess::output() { return state_->run.output; }
+std::string& ChildProcess::message() { return state_->run.message; }
+bool ChildProcess::outputClosed() const { return state_->output.ours() < 0; }
+pid_t ChildProcess::pid() const { return state_->child; }
+
+bool ChildProcess::send(const std::string& text) {
+  const WithoutSigpipe quiet;
+  ssize_t size = 0;
+  do {
+    size = write(state_->input.get(), text.data(), text.size());
+  } while (size < 0 && errno == EINTR);
+  return size == static_cast<ssize_t>(text.size());
+}
+
+TimeLimit TimeLimit::ofProcessor(double seconds) {
+  constexpr double kByTheClock = 10;
+  TimeLimit limit(kByTheClock * seconds);
+  limit.processorSeconds = seconds;
+  return limit;
+}
+
+ChildProcess::Wait ChildProcess::wait(const TimeLimit& limit, const std::atomic<bool>* stop,
+                                      const std::function<bool()>& done) {
+  const auto begun = Clock::now();
+  const bool counts = std::isfinite(limit.processorSeconds);
+  const double before = counts ? processorSecondsOf(state_->child) : 0;
+  while (true) {
+    std::array<pollfd, 3> waiting = {pollfd{state_->process.get(), POLLIN, 0},
+                                     {state_->output.ours(), POLLIN, 0},
+                                     {state_->message.ours(), POLLIN, 0}};
+    const double passed = std::chrono::duration<double>(Clock::now() - begun).count();
+    const bool late = passed >= limit.seconds ||
+                      (passed >= limit.processorSeconds &&
+                       processorSecondsOf(state_->child) - before >= limit.processorSeconds);
+    const double left = 1000 * (std::min(limit.seconds, limit.processorSeconds) - passed);
+    const int wait = late       ? 0
+                     : left > 0 ? static_cast<int>(std::min(left + 1, double{kLookMilliseconds}))
+                                : kLookMilliseconds;
+    poll(waiting.data(), waiting.size(), wait);
+    // Whatever it wrote before it ended is there when its end can be seen.
+    state_->output.drain();
+    state_->message.drain();
+    if (done && done()) return Wait::Done;
+    if (waiting[0].revents != 0) return Wait::Ended;
+    if (stop != nullptr && *stop) return Wait::Stopped;
+    if (late) return Wait::TimedOut;
+  }
+}
+
+ProgramRun ChildProcess::finish() {
+  const int status = state_->reap();
+  state_->output.drain();
+  state_->message.drain();
+  ProgramRun run = std::move(state_->run);
+  run.seconds = std::chrono::duration<double>(Clock::now() - state_->begun).count();
+  run.end = WIFSIGNALED(status) ? ProgramRun::End::Signalled : ProgramRun::End::Exited;
+  run.code = WIFSIGNALED(status) ? WTERMSIG(status) : WEXITSTATUS(status);
+  return run;
+}
+
+Result<ProgramRun> runProgram(const std::vector<std::string>& words, const RunOptions& options) {
+  auto child = ChildProcess::start(
+      words, {.captureMessage = options.captureMessage, .outputBytes = options.outputBytes});
+  if (!child) return child.error();
+  const auto waited = child->wait(options.limit, options.stop);
+  ProgramRun run = child->finish();
+  if (waited == ChildProcess::Wait::TimedOut) run.end = ProgramRun::End::TimedOut;
+  if (waited == ChildProcess::Wait::Stopped) run.end = ProgramRun::End::Stopped;
+  return run;
+}
+
+Result<ProgramRun> runSelf(const std::vector<std::string>& arguments) {
+  std::vector<std::string> words = {"/proc/self/exe"};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  auto run = runProgram(words, {.captureMessage = false});
+  if (run && run->end == ProgramRun::End::Signalled) {
+    return fail(
+        ErrorCode::Failed,
+        fmt::format("`{} {}` was ended by signal {}{}", program_invocation_short_name,
+                    arguments.front(), run->code, run->code == SIGKILL ? " (out of memory?)" : ""));
+  }
+  return run;
+}
+
+}  // namespace t4d::platform

@@ -1,3 +1,0 @@
-#include "tools/program/modules.h"
-
-extern "C" const PictureFunctions t4dPictureFunctions = {&t4d::tools::pngOfSvg};

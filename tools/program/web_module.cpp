@@ -1,3 +1,0 @@
-#include "tools/program/modules.h"
-
-extern "C" const WebFunctions t4dWebFunctions = {&t4d::formats::openHttpSource};

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <csignal>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "conformance/driver/suite_report.h"
+#include "model/error.h"
+
+/// Shared by the verbs that run readers and writers under test.
+namespace t4d::tools {
+
+/// The options that they have in common.
+struct ConformArguments {
+  std::vector<std::string> only = {};
+  std::vector<std::string> skip = {};
+  unsigned parallel = 1;
+  double timeoutSeconds = 0;
+  std::string junit = {};
+  std::string keep = {};
+  bool first = false;
+  bool verbose = false;
+  bool json = false;
+};
+
+/// What their help says differently.
+struct ConformHelp {
+  std::string tested;   ///< "reader" or "writer"
+  std::string only;     ///< what may be chosen: "globs or folders ('cut')"
+  std::string timeout;  ///< of what: "request"
+  std::string keep;
+};
+
+/// Adds these options; `arguments.timeoutSeconds` is the default.
+void addConformOptions(CLI::App& command, ConformArguments& arguments, const ConformHelp& help);
+
+/// While it exists, a signal that would end this program stops those under test instead.
+class Interruptible {
+ public:
+  Interruptible();
+  ~Interruptible();
+  Interruptible(const Interruptible&) = delete;
+  Interruptible& operator=(const Interruptible&) = delete;
+
+  /// Becomes true when such a signal arrives.
+  static const std::atomic<bool>& interrupted();
+  /// Ends this program as the signal would have, if one has arrived.
+  static void endIfInterrupted();
+
+ private:
+  static constexpr std::array kSignals = {SIGINT, SIGTERM, SIGHUP};
+  std::array<struct sigaction, kSignals.size()> before_{};
+};
+
+/// Without this, a program that crashes a hundred times would leave a hundred core dumps.
+void disableCoreDumps();
+
+/// Reports a run that could not be made. Returns the exit code.
+int reportNoRun(const Error& error);
+
+/// Writes and prints what the options ask for. `tested` and `program` are as in reportJson; `text`
+/// returns the report for a terminal with at most the given number of failed cases. Returns the
+/// exit code.
+int reportRun(const std::string& tested, const std::string& program,
+              const ConformArguments& arguments,
+              const std::vector<conformance::CaseReport>& reports,
+              const std::function<std::string(std::size_t most)>& text);
+
+}  // namespace t4d::tools

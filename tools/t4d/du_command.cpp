@@ -1,0 +1,65 @@
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "tools/t4d/commands.h"
+#include "tools/t4d/console.h"
+#include "tools/t4d/input_options.h"
+#include "tools/verbs/du.h"
+
+namespace t4d::tools {
+namespace {
+
+std::string whatIs(const std::string& type) {
+  static const std::vector<std::pair<std::string, std::string>> known = {
+      {"HEAD", "metadata"},        {"CONN", "cells"}, {"LAYR", "positions of layers"},
+      {"SLAB", "slabs, interior"}, {"POSE", "poses"}, {"PADD", "padding"},
+      {"DONE", "totals"},          {"INDX", "index"}};
+  const auto found = std::ranges::find(known, type, &std::pair<std::string, std::string>::first);
+  return found == known.end() ? std::string() : found->second;
+}
+
+void printReport(const verbs::DuReport& report) {
+  print("{}: {} for {}\n", report.name, sizeText(report.bytes),
+        counted(report.tetrahedra, "tetrahedron", "tetrahedra"));
+  std::vector<std::vector<std::string>> rows = {
+      {"  chunks", "", "number", "bytes", "share", "per cell"}};
+  const auto add = [&](const std::string& type, const std::string& number, std::uint64_t bytes) {
+    rows.push_back(
+        {"  " + type, whatIs(type), number, grouped(bytes),
+         fmt::format("{:.1f} %", 100 * static_cast<double>(bytes) /
+                                     static_cast<double>(std::max<std::uint64_t>(report.bytes, 1))),
+         fmt::format("{:.3g}", report.perTetrahedron(bytes))});
+  };
+  for (const formats::T4dChunks& some : report.chunks) {
+    add(some.type, grouped(some.count), some.bytes);
+  }
+  add("ends of the file", "", report.otherBytes);
+  add("all", "", report.bytes);
+  printTable(rows, "llr");
+}
+
+int run(const std::string& path, bool json) {
+  const auto done = verbs::du(path);
+  if (!done) return report(done.error());
+  if (json) {
+    tools::printText(jsonOf(*done) + "\n");
+  } else {
+    printReport(*done);
+  }
+  return kDone;
+}
+
+}  // namespace
+
+void addDu(CLI::App& app, int& exitCode) {
+  auto* command = app.add_subcommand("du", "Print what takes up the bytes of a .t4d file");
+  auto path = std::make_shared<std::string>();
+  auto json = std::make_shared<bool>(false);
+  command->add_option("FILE", *path, std::string(kT4dFileHelp) + kOrPipeHelp)->required();
+  command->add_flag("--json", *json, "Print JSON");
+  command->footer("Example:\n  t4d du bolt.t4d");
+  command->callback([=, &exitCode] { exitCode = run(*path, *json); });
+}
+
+}  // namespace t4d::tools

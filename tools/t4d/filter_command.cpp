@@ -1,0 +1,77 @@
+#include <fmt/format.h>
+
+#include "tools/t4d/commands.h"
+#include "tools/t4d/console.h"
+#include "tools/t4d/console_observer.h"
+#include "tools/t4d/input_options.h"
+#include "tools/t4d/option_checks.h"
+#include "tools/t4d/t4d_output.h"
+#include "tools/t4d/time_window.h"
+#include "tools/t4d/version.h"
+#include "tools/verbs/filter.h"
+
+namespace t4d::tools {
+namespace {
+
+struct FilterArguments {
+  std::string input;
+  InputOptions only;
+  TimeWindow window;
+  verbs::FilterOptions filter;
+  bool json = false;
+};
+
+void printReport(const verbs::FilterReport& filtered, const std::string& output) {
+  print("{}: {}, time {} to {}\n", output, counted(filtered.bodies, "body", "bodies"),
+        filtered.span.begin, filtered.span.end);
+  print("  {} of {}, of which {} were cut; closed by {} of {}\n",
+        counted(filtered.cells, "tetrahedron", "tetrahedra"), counted(filtered.slabs, "slab"),
+        filtered.slabsCut, counted(filtered.caps.size(), "cap"),
+        counted(filtered.capCells(), "tetrahedron", "tetrahedra"));
+  print("  {}, {:.2f} s, peak memory {}\n", sizeText(filtered.bytes), filtered.seconds,
+        sizeText(peakBytes()));
+}
+
+int run(FilterArguments& options) {
+  const std::string& output = options.filter.output;
+  if (const auto misuse = options.window.misuse()) return wrongUsage(*misuse);
+  const auto input = verbs::openInput(options.input, options.only);
+  if (!input) return report(input.error());
+  options.filter.window = options.window;
+  options.filter.generator = versionText();
+  ConsoleObserver observer;
+  const auto filtered = verbs::filter(*input, options.filter, observer);
+  if (!filtered) {
+    Error error = filtered.error();
+    if (error.remedy == Remedy::OtherBodies) error.message += " by --body";
+    return report(error);
+  }
+  printNotices(filtered->notices);
+  if (options.json) {
+    tools::printText(jsonOf(*filtered, peakBytes()) + "\n");
+  } else {
+    printReport(*filtered, output);
+  }
+  return reportLosses(filtered->losses);
+}
+
+}  // namespace
+
+void addFilter(CLI::App& app, int& exitCode) {
+  auto* command =
+      app.add_subcommand("filter", "Keep some bodies of a 4D mesh, or part of its time");
+  auto options = std::make_shared<FilterArguments>();
+  command->add_option("FILE", options->input, kT4dFileHelp)->required();
+  options->only.addTo(*command);
+  options->window.addTo(*command);
+  addT4dOutputOption(*command, options->filter.output);
+  addCompressionOption(*command, options->filter.compression);
+  command->add_flag("--json", options->json, "Print the result as JSON");
+  command->footer(
+      "Example:\n"
+      "  t4d filter bolt.t4d --from 2 --to 3 -o middle.t4d\n"
+      "  t4d filter mechanism.t4d --body screw --body nut -o two.t4d");
+  command->callback([=, &exitCode] { exitCode = run(*options); });
+}
+
+}  // namespace t4d::tools

@@ -1,0 +1,52 @@
+#include <fmt/format.h>
+
+#include "tools/t4d/commands.h"
+#include "tools/t4d/console.h"
+#include "tools/t4d/console_observer.h"
+#include "tools/t4d/option_checks.h"
+#include "tools/t4d/t4d_output.h"
+#include "tools/verbs/merge.h"
+
+namespace t4d::tools {
+namespace {
+
+struct MergeArguments {
+  std::vector<std::string> files;
+  std::string output;
+  bool json = false;
+};
+
+int run(const MergeArguments& options) {
+  ConsoleObserver observer;
+  const auto merged = verbs::merge(options.files, options.output, observer);
+  if (!merged) return report(merged.error());
+  printNotices(merged->notices);
+  if (options.json) {
+    tools::printText(jsonOf(*merged) + "\n");
+  } else {
+    print("{}: {} of {}, {}\n", options.output, counted(merged->bodies.size(), "body", "bodies"),
+          counted(options.files.size(), "file"), sizeText(merged->bytes));
+    print("  {}, {}\n", counted(merged->vertices(), "vertex", "vertices"),
+          counted(merged->tetrahedra(), "tetrahedron", "tetrahedra"));
+  }
+  return reportLosses(merged->losses);
+}
+
+}  // namespace
+
+void addMerge(CLI::App& app, int& exitCode) {
+  auto* command =
+      app.add_subcommand("merge", "Put the bodies of several .t4d files into one without decoding");
+  auto options = std::make_shared<MergeArguments>();
+  command->add_option("FILE", options->files, "Input files (.t4d)")->required();
+  addT4dOutputOption(*command, options->output);
+  command->add_flag("--json", options->json, "Print the result as JSON");
+  command->footer(
+      "Example:\n"
+      "  t4d sweep bolt.obj --motion screw-in.json --up z -o bolt.t4d\n"
+      "  t4d sweep torus.obj --motion screw-in.json --up z -o ring.t4d\n"
+      "  t4d merge bolt.t4d ring.t4d -o both.t4d");
+  command->callback([=, &exitCode] { exitCode = run(*options); });
+}
+
+}  // namespace t4d::tools

@@ -1,0 +1,313 @@
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <map>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include "formats/output_file.h"
+#include "formats/toolpath/tool_table.h"
+#include "formats/triangle/triangle_mesh_formats.h"
+#include "slice/slice_at_times.h"
+#include "tools/t4d/commands.h"
+#include "tools/t4d/console.h"
+#include "tools/t4d/console_observer.h"
+#include "tools/t4d/frame_options.h"
+#include "tools/t4d/input_options.h"
+#include "tools/t4d/mending.h"
+#include "tools/t4d/mill_page.h"
+#include "tools/t4d/mill_tools.h"
+#include "tools/t4d/motion_options.h"
+#include "tools/t4d/option_checks.h"
+#include "tools/t4d/part_option.h"
+#include "tools/t4d/t4d_output.h"
+#include "tools/t4d/voxel_series.h"
+#include "tools/verbs/mill.h"
+
+namespace t4d::tools {
+namespace {
+
+struct MillArguments {
+  std::string stock;
+  bool mend = false;
+  MendingOptions mending;
+  MillToolOptions tools;
+  std::string motion;
+  MotionOptions table;
+  std::string gcode;
+  std::string locations;
+  std::string toolTable;
+  std::vector<std::string> offsets;
+  std::vector<std::string> rotaries;
+  formats::ToolPathOptions program;
+  verbs::MillOptions mill;
+  double memory = 4;  // GB
+  voxel4d::FrameTimes times;
+  std::string caps = "graded";
+  std::string html;
+  T4dOutput output;
+  bool json = false;
+
+  verbs::ToolPathKind kind() const {
+    if (!gcode.empty()) return verbs::ToolPathKind::Gcode;
+    return locations.empty() ? verbs::ToolPathKind::Motion : verbs::ToolPathKind::Locations;
+  }
+  const std::string& path() const {
+    return !gcode.empty() ? gcode : !locations.empty() ? locations : motion;
+  }
+};
+
+/// What G-code and cutter locations are read with, but for tools.
+Result<formats::ToolPathOptions> pathOptions(const MillArguments& options) {
+  formats::ToolPathOptions how = options.program;
+  for (const std::string& offset : options.offsets) {
+    auto parsed = formats::parseOffset(offset, how.offsets);
+    if (!parsed) return invalid("--offset: " + parsed.error().message);
+  }
+  for (const std::string& text : options.rotaries) {
+    const auto axis = formats::parseRotaryAxis(text);
+    if (!axis) return invalid("--rotary: " + axis.error().message);
+    if (std::ranges::find(how.rotaries, axis->axis, &formats::RotaryAxis::axis) !=
+        how.rotaries.end()) {
+      return invalid(fmt::format("--rotary: {} is given twice", text.substr(0, 1)));
+    }
+    how.rotaries.push_back(*axis);
+  }
+  return how;
+}
+
+void printText(const MillArguments& options, const verbs::MillReport& done) {
+  const mill::MillReport& report = done.milled;
+  const model::Motion& motion = done.motion;
+  const auto cubic = [&](double volume) {
+    return motion.lengthUnit.empty() ? fmt::format("{:.7g}", volume)
+                                     : fmt::format("{:.7g} {}^3", volume, motion.lengthUnit);
+  };
+  const auto at = [&](double time) {
+    return motion.timeUnit.empty() ? fmt::format("{:.6g}", time)
+                                   : fmt::format("{:.6g} {}", time, motion.timeUnit);
+  };
+  print("{}: {} vertices, {} tetrahedra from {}\n", options.output.path,
+        grouped(report.woven.vertices), grouped(report.woven.tetrahedra),
+        counted(report.progress.size(), "frame"));
+  print("  stock {}, removed {}, remaining {} in {}\n", cubic(report.stockVolume),
+        cubic(report.removedVolume), cubic(report.remainingVolume),
+        counted(report.components, "component"));
+  constexpr double kWorthSaying = 0.001;
+  if (report.returnedVolume > kWorthSaying * report.removedVolume) {
+    print("  up to {} comes back between frames and goes again; --frames {} has less of it\n",
+          cubic(report.returnedVolume), std::max<std::size_t>(2, report.progress.size() / 4));
+  }
+  int mounted = 0;
+  for (const formats::Mounting& one : done.mountings) {
+    const int tool = one.tool.value_or(mounted);
+    if (tool != mounted) print("  T{} from {}\n", tool, at(one.time));
+    mounted = tool;
+  }
+  for (const mill::Separation& one : report.separations) {
+    print("  falls apart into {} between {} and {}\n", one.components, at(one.time.begin),
+          at(one.time.end));
+  }
+  for (const mill::Collision& one : report.collisions) {
+    print("  collision of the {} from {} to {}, at ({:.4g}, {:.4g}, {:.4g}){}\n",
+          mill::partOfTool(one.part, one.tool), at(one.time.begin), at(one.time.end), one.point.x(),
+          one.point.y(), one.point.z(), one.part == "tool" ? ": a rapid move cuts" : "");
+  }
+  print("  {}, {:.2f} s, peak memory {}\n", sizeText(done.bytes), done.seconds,
+        sizeText(peakBytes()));
+  if (const auto rounding = options.output.coding.rounding()) print("  {}\n", *rounding);
+}
+
+/// The page, with slices of the file.
+Result<void> writePage(const MillArguments& options, const mill::MillReport& report) {
+  const ProgressBar bar("drawing");
+  const auto input = verbs::openInput(options.output.path, InputOptions{});
+  if (!input) return input.error();
+  const model::Source& milled = *input->bodies.front().source;
+  const std::vector<double> times = model::evenTimes(model::timeSpanOf(milled), 6);
+  auto slices = slice::sliceAtTimes(milled, times);
+  Workpieces workpieces;
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    if (!slices[i]) return slices[i].error();
+    workpieces.emplace_back(times[i], std::move(slices[i]->mesh));
+  }
+  const std::string title =
+      "Milling of " + std::filesystem::path(options.stock).filename().string();
+  return formats::writeOutputFile(options.html,
+                                  millPage(title, input->metadata, report, workpieces));
+}
+
+std::optional<std::string> misuseOf(const MillArguments& options) {
+  const int paths = static_cast<int>(!options.motion.empty()) +
+                    static_cast<int>(!options.gcode.empty()) +
+                    static_cast<int>(!options.locations.empty());
+  if (paths != 1) {
+    return "how the tool moves is said by one of --motion, --gcode and --locations";
+  }
+  if (!options.table.table.empty() && options.motion.empty()) {
+    return "--angles, --quaternion, --length-unit and --time-unit are for --motion";
+  }
+  const bool saysMore = !options.toolTable.empty() || !options.offsets.empty() ||
+                        !options.rotaries.empty() || options.program.tipControl;
+  if (options.gcode.empty() && saysMore) {
+    return "--tool-table, --offset, --rotary and --tcp are for --gcode";
+  }
+  if (!options.html.empty() && options.output.path == "-") {
+    return "--html needs the .t4d in a file";
+  }
+  return std::nullopt;
+}
+
+/// Fails if an output cannot be written, or is an input or another output.
+Result<void> checkFiles(const MillArguments& options, const verbs::MillToolSpecs& specs) {
+  std::vector<std::string> inputs = {options.stock, options.path()};
+  if (!options.toolTable.empty()) inputs.push_back(options.toolTable);
+  for (const auto& [number, spec] : specs) {
+    for (std::string& file : spec.files()) inputs.push_back(std::move(file));
+  }
+  return checkOutputs(std::array{options.output.path, options.html}, inputs);
+}
+
+using TableTools = std::map<int, formats::TableTool>;
+
+Result<TableTools> readTable(const MillArguments& options) {
+  if (options.toolTable.empty()) return TableTools();
+  return formats::readToolTable(options.toolTable);
+}
+
+verbs::MillOptions millOptions(const MillArguments& options) {
+  verbs::MillOptions how = options.mill;
+  how.memory = 1e9 * options.memory;
+  how.caps = voxelCapStyle(options.caps);
+  how.output = options.output.fileOptions();
+  if (options.times.count || options.times.step) how.frames = options.times;
+  return how;
+}
+
+/// Mills these files, which have been checked.
+int millFiles(const MillArguments& options, const verbs::MillFiles& files) {
+  const verbs::MillOptions how = millOptions(options);
+  ConsoleObserver observer;
+  const auto input = verbs::readMilling(files, how, observer);
+  if (!input) return report(input.error());
+  if (input->path.unknownMoves > 0) {
+    printNotices({"--offset G53=x,y,z gives the machine's zero in the frame of the stock"});
+  }
+  if (!options.times.count && !options.times.step) noticeDefaultFrames();
+  const auto milled = verbs::mill(*input, how, observer);
+  if (!milled) return report(milled.error());
+  printNotices(milled->notices);
+  if (!options.html.empty()) {
+    if (auto written = writePage(options, milled->milled); !written) {
+      return report(written.error());
+    }
+  }
+  if (options.json) {
+    tools::printText(jsonOf(*milled, peakBytes()) + "\n");
+  } else {
+    printText(options, *milled);
+  }
+  return reportLosses(milled->losses);
+}
+
+int run(const MillArguments& options) {
+  if (const auto misuse = misuseOf(options)) return wrongUsage(*misuse);
+  auto program = pathOptions(options);
+  if (!program) return wrongUsage(program.error().message);
+  const auto table = readTable(options);
+  if (!table) return report(table.error());
+  const auto specs = millToolSpecs(options.tools, *table);
+  if (!specs) return wrongUsage(specs.error().message);
+  if (!specs->contains(0) && !options.motion.empty()) {
+    return wrongUsage("tools with numbers are mounted by --gcode or --locations");
+  }
+  if (auto good = checkFiles(options, *specs); !good) return report(good.error());
+  return millFiles(options, {.stock = {options.stock, {}, options.mending.given(options.mend)},
+                             .tools = *specs,
+                             .kind = options.kind(),
+                             .path = options.path(),
+                             .table = options.table.table,
+                             .program = std::move(*program),
+                             .toolTable = *table});
+}
+
+}  // namespace
+
+void addMill(CLI::App& app, int& exitCode) {
+  auto* command = app.add_subcommand(
+      "mill", "Mill a solid with a moving tool; write the workpiece as a 4D mesh");
+  auto options = std::make_shared<MillArguments>();
+  command
+      ->add_option("STOCK", options->stock,
+                   "Solid to mill: " + formats::readableTriangleMeshExtensions())
+      ->required();
+  options->tools.addTo(*command);
+  command
+      ->add_option("-m,--motion", options->motion,
+                   "Tool motion: .json, or poses as .csv, .tsv or .txt (docs/motion.md)")
+      ->check(someName());
+  options->table.addTo(*command);
+  command->add_option("--gcode", options->gcode, "Tool motion: G-code, in mm and s (docs/mill.md)")
+      ->check(someName());
+  command
+      ->add_option("--locations", options->locations,
+                   "Tool motion: five-axis cutter locations, in mm and s (docs/mill.md)")
+      ->check(someName());
+  command->add_option("--voxel-size", options->mill.voxelSize, "Voxel edge length, in length units")
+      ->required()
+      ->check(numberAboveZero());
+  addFrameTimes(*command, options->times, "", fmt::format(" (default: {})", kDefaultFrames));
+  command
+      ->add_option("--tool-table", options->toolTable,
+                   "Lengths of tools (G43), and tools in remarks: a tool table of LinuxCNC, in mm")
+      ->check(someName());
+  command
+      ->add_option("--offset", options->offsets,
+                   "Origin G54 to G59.3 in the frame of the stock, zero of the machine G53, or its "
+                   "positions G28 and G30: G55=100,0,-20 (repeatable)")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--rotary", options->rotaries,
+                   "Rotary axis of table or head: A=table:0,0,-50, B=head:0,0,150 (repeatable)")
+      ->allow_extra_args(false);
+  command->add_flag(
+      "--tcp", options->program.tipControl,
+      "Take X, Y and Z as the position of the tip in the frame of the stock, as after G43.4");
+  command
+      ->add_option("--tolerance", options->mill.tolerance,
+                   "Maximum error of tool, arcs and turns, in length units (default: 0.01 voxels)")
+      ->check(numberAboveZero());
+  command
+      ->add_option("--travel", options->mill.travel,
+                   "Maximum travel of the tip per step, in length units (default: 4 voxels)")
+      ->check(numberAboveZero());
+  command->add_option("--rapid", options->program.rapidFeed, "Feed rate of rapid moves, in mm/min")
+      ->check(numberAboveZero())
+      ->capture_default_str();
+  command
+      ->add_option("--max-memory", options->memory,
+                   "Maximum memory for the voxels of the stock, in GB")
+      ->check(numberAboveZero())
+      ->capture_default_str();
+  command->add_option("--caps", options->caps, "Caps at the ends (docs/weave.md)")
+      ->check(CLI::IsMember({"graded", "flat", "half-step"}))
+      ->capture_default_str();
+  command
+      ->add_option("--html", options->html,
+                   "Write a page with the removed volume over time and pictures")
+      ->check(htmlFile());
+  options->mending.addTo(*command, options->mend);
+  addNoPartOption(*command,
+                  "milling cannot be divided: every cut starts from what the cuts before it left");
+  options->output.addTo(*command);
+  command->add_flag("--json", options->json, "Print the result as JSON");
+  command->footer(
+      "Examples:\n  t4d mill cube.obj --tool ball:d=6,l=30 --gcode pocket.nc --voxel-size 0.5 --up "
+      "z "
+      "-o process.t4d\n"
+      "  t4d slice process.t4d --time 5 -o at-5.glb");
+  command->callback([=, &exitCode] { exitCode = run(*options); });
+}
+
+}  // namespace t4d::tools

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "edit/resolve.h"
+#include "formats/t4d/metadata.h"
+#include "model/triangle_mesh.h"
+
+namespace t4d::tools {
+
+/// A body that has given way, at the time when it has moved farthest.
+struct ResolvedView {
+  std::string name;
+  edit::ResolveReport report;
+  model::TriangleMesh obstacles;
+  model::TriangleMesh before;
+  model::TriangleMesh after;
+};
+
+/// One self-contained HTML page: for each body plots of its displacement and its volume over time,
+/// and pictures of it and the obstacles before and after.
+std::string resolvePage(const std::string& title, const formats::Metadata& metadata,
+                        const std::vector<ResolvedView>& bodies);
+
+}  // namespace t4d::tools

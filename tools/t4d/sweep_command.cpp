@@ -1,0 +1,464 @@
+#include <algorithm>
+#include <optional>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "formats/animation/deformation_reader.h"
+#include "formats/animation/mesh_steps.h"
+#include "formats/file_extension.h"
+#include "formats/triangle/triangle_mesh_formats.h"
+#include "tools/t4d/bodies_option.h"
+#include "tools/t4d/commands.h"
+#include "tools/t4d/console.h"
+#include "tools/t4d/console_observer.h"
+#include "tools/t4d/frame_order.h"
+#include "tools/t4d/hints.h"
+#include "tools/t4d/mending.h"
+#include "tools/t4d/motion_options.h"
+#include "tools/t4d/numbers.h"
+#include "tools/t4d/option_checks.h"
+#include "tools/t4d/t4d_output.h"
+#include "tools/t4d/voxel_series.h"
+#include "tools/verbs/sweep.h"
+
+namespace t4d::tools {
+namespace {
+
+using verbs::SweepKind;
+
+struct SweepArguments {
+  std::vector<std::string> models;
+  std::string motion;  // "" for solids that are deformed
+  MotionOptions table;
+  bool mend = false;
+  MendingOptions mending;
+  std::string dividedBy;  // --bodies
+  std::string keyTimes;
+  std::string animation;
+  std::string scene;
+  std::string geometry;  // of a .urdf
+  bool ownSteps = false;
+  bool unite = false;  // --union
+  std::string backend = "mesh4d";
+  std::optional<double> rvMin;
+  std::optional<std::uint64_t> steps;
+  std::optional<double> maxDeviation;
+  std::optional<std::uint64_t> maxSteps;
+  std::string caps;  // "" for the backend's default
+  std::optional<int> prism;
+  std::optional<model::Part> part;
+  std::optional<double> voxelSize;
+  voxel4d::FrameTimes times;
+  bool mask = false;
+  std::optional<std::string> between;
+  T4dOutput output;
+  bool json = false;
+
+  bool voxels() const { return backend == "voxel4d"; }
+};
+
+constexpr const char* kUnionIsFor = "--union is for an animation and a solid that is deformed";
+
+/// The error message if options do not fit a mechanism.
+std::optional<std::string> misuseOfMechanism(const SweepArguments& options) {
+  if (options.models.size() > 1) return "a mechanism is given alone: it names its solids";
+  const bool urdf = formats::lowerCaseExtension(options.models.front()) == ".urdf";
+  if (options.unite) return kUnionIsFor;
+  if (urdf && options.motion.empty()) {
+    return "--motion is required for a .urdf: a table of its joints over time (docs/mechanism.md)";
+  }
+  if (!urdf && !options.motion.empty()) {
+    return "--motion is not for a mechanism, which names its motions itself";
+  }
+  if (!urdf && !options.geometry.empty()) return "--geometry is for a .urdf";
+  if (!options.dividedBy.empty()) return "--bodies is not for a mechanism: each body is one";
+  if (!options.table.table.empty()) {
+    return "--angles, --quaternion, --length-unit and --time-unit are not for a mechanism, which "
+           "names its units";
+  }
+  if (options.part) return "--part is not for a mechanism";
+  if (options.voxels()) return "--backend voxel4d is not for a mechanism";
+  if (!options.keyTimes.empty() || options.times.step) {
+    return "--times and --frame-time are not for a mechanism";
+  }
+  if (!options.animation.empty() || !options.scene.empty()) {
+    return "--animation and --scene are for an animated glTF";
+  }
+  return std::nullopt;
+}
+
+/// The error message if the options that give the motion do not fit the kind of sweep.
+std::optional<std::string> misuseOfMotion(const SweepArguments& options, SweepKind kind) {
+  if (kind == SweepKind::Mechanism) return misuseOfMechanism(options);
+  if (options.ownSteps || !options.geometry.empty()) {
+    return "--own-steps and --geometry are for a mechanism (.json or .urdf)";
+  }
+  const bool namesPart = !options.animation.empty() || !options.scene.empty();
+  if (namesPart && kind != SweepKind::Animation) {
+    return "--animation and --scene are for an animated glTF";
+  }
+  const bool collected = std::ranges::any_of(
+      options.models, [](const auto& model) { return formats::isCollection(model); });
+  if (collected && options.models.size() > 1) {
+    return "a collection (.pvd) is given alone: it lists the meshes";
+  }
+  if (kind == SweepKind::Motion) {
+    if (collected || options.models.size() > 1) {
+      return "--motion is for one solid; several meshes, their collection (.pvd), or a point cache "
+             "move by themselves";
+    }
+    if (!options.keyTimes.empty()) return "--times is for a solid that is deformed";
+    if (options.unite) return kUnionIsFor;
+    if (options.dividedBy == kComponents) {
+      return "--bodies component is for an animation and a solid that is deformed";
+    }
+    return std::nullopt;
+  }
+  if (!options.dividedBy.empty() && options.dividedBy != kComponents) {
+    return "--bodies object and --bodies group are for --motion";
+  }
+  if (!options.table.table.empty()) {
+    return "--angles, --quaternion, --length-unit and --time-unit are for --motion";
+  }
+  if (options.mend && (options.mending.limits.remesh || options.mending.limits.maxMove)) {
+    return "--remesh and --max-move are for --motion: mending a deformation moves no vertex";
+  }
+  if (options.voxels())
+    return "--backend voxel4d needs --motion; --union is for what moves by itself";
+  if (options.unite && (!options.dividedBy.empty() || options.part || options.prism ||
+                        (!options.caps.empty() && !isVoxelCaps(options.caps)))) {
+    return "--union makes one solid by voxels: without --bodies, --part, --prism, and --caps of "
+           "mesh4d";
+  }
+  if (options.maxSteps) return "--max-steps is for --motion and for mechanisms";
+  if (kind == SweepKind::Animation) {
+    if (options.rvMin || options.steps || !options.keyTimes.empty() ||
+        (options.times.step && !options.unite)) {
+      return "--rv-min, --steps, --times and --frame-time are not for an animated glTF; "
+             "--tolerance sets its steps";
+    }
+    if (options.part) return "--part is not for an animated glTF";
+    return std::nullopt;
+  }
+  if (formats::lowerCaseExtension(options.models.front()) == ".bvh") {
+    return "a .bvh holds the motion of a skeleton and no mesh: name a mesh, and give the poses of "
+           "a "
+           "joint as a table (.csv) with --motion";
+  }
+  if (options.models.size() < 2 && !collected) {
+    return "--motion is required, but for an animated .glb or .gltf, for a mechanism "
+           "(.json) and for a solid that is deformed: name meshes of the same triangles, a "
+           "collection of them (.pvd), or a "
+           "mesh and its point cache (.pc2 or .mdd)";
+  }
+  const auto caches = std::ranges::count_if(
+      options.models, [](const std::string& model) { return formats::isPointCache(model); });
+  if (caches > 0 && (options.models.size() != 2 || !formats::isPointCache(options.models[1]))) {
+    return "a point cache (.pc2 or .mdd) follows the one mesh that it belongs to";
+  }
+  if (options.rvMin || options.steps || options.maxDeviation) {
+    return "--rv-min, --steps, --max-deviation and --tolerance are for --motion: a solid that is "
+           "deformed goes "
+           "straight from key to key";
+  }
+  if (!options.keyTimes.empty() && options.times.step) {
+    return "--times and --frame-time exclude each other";
+  }
+  return std::nullopt;
+}
+
+/// The error message if the options cannot be combined; nothing if they can.
+std::optional<std::string> misuseOf(const SweepArguments& options, SweepKind kind) {
+  if (const auto misuse = misuseOfMotion(options, kind)) return misuse;
+  if (options.voxels()) {
+    if (!options.voxelSize) return "--backend voxel4d needs --voxel-size";
+    if (options.part) return "--part is for --backend mesh4d";
+    return std::nullopt;
+  }
+  if (options.unite) {
+    return options.mask || options.between
+               ? std::optional("--mask and --between are for --backend voxel4d")
+               : std::nullopt;
+  }
+  const bool frameTime = options.times.step && kind == SweepKind::Motion;
+  if (options.voxelSize || options.times.count || frameTime || options.mask || options.between) {
+    return "--voxel-size, --frames, --frame-time, --mask and --between are for --backend voxel4d";
+  }
+  if (options.part && !options.dividedBy.empty()) {
+    return "--part and --bodies exclude each other";
+  }
+  if (options.part && options.output.center) {
+    return "--part and --center exclude each other: the parts would not meet";
+  }
+  if (isVoxelCaps(options.caps)) {
+    return "--caps " + options.caps + " is for --backend voxel4d; mesh4d has tetgen and cone";
+  }
+  return std::nullopt;
+}
+
+/// Options that voxel4d ignores, so that both backends accept the same arguments.
+std::vector<std::string> ignoredBy(const SweepArguments& options) {
+  std::vector<std::string> names;
+  if (options.rvMin) names.emplace_back("--rv-min");
+  if (options.steps) names.emplace_back("--steps");
+  if (options.maxDeviation) names.emplace_back("--max-deviation");
+  if (options.maxSteps) names.emplace_back("--max-steps");
+  if (options.prism) names.emplace_back("--prism");
+  if (!options.caps.empty() && !isVoxelCaps(options.caps)) names.emplace_back("--caps");
+  return names;
+}
+
+mesh4d::StepRule ruleOf(const SweepArguments& options) {
+  if (options.steps) return mesh4d::StepsPerSegment{*options.steps};
+  if (options.maxDeviation) return mesh4d::MaxDeviation{*options.maxDeviation};
+  return mesh4d::MinVolumeRatio{options.rvMin.value_or(mesh4d::MinVolumeRatio{}.ratio)};
+}
+
+verbs::MotionSweep motionSweepOf(const SweepArguments& options) {
+  verbs::MotionSweep what{options.models.front(), options.motion, options.table.table,
+                          bodiesBy(options.dividedBy), ruleOf(options)};
+  what.maxSteps = options.maxSteps.value_or(mesh4d::kMaxSteps);
+  if (options.voxels()) {
+    what.voxels = verbs::VoxelMethod{
+        *options.voxelSize,          options.times,     options.mask, betweenOf(options.between),
+        voxelCapStyle(options.caps), ignoredBy(options)};
+  }
+  return what;
+}
+
+verbs::DeformationSweep deformationSweepOf(const SweepArguments& options) {
+  verbs::DeformationSweep what{options.models, {{}, options.times.step}};
+  if (const auto between = numbersBetween(options.keyTimes, ':')) {
+    what.times.between = model::TimeSpan{(*between)[0], (*between)[1]};
+  }
+  return what;
+}
+
+/// Between keys of a deformation there is its own time.
+voxel4d::FrameTimes unionTimes(const SweepArguments& options, SweepKind kind) {
+  if (kind == SweepKind::Animation) return options.times;
+  return {options.times.count, {}};
+}
+
+verbs::SweepOptions sweepOptionsOf(const SweepArguments& options, SweepKind kind) {
+  verbs::SweepOptions how;
+  const std::string& file = options.models.front();
+  switch (kind) {
+    case SweepKind::Motion:
+      how.what = motionSweepOf(options);
+      break;
+    case SweepKind::Deformation:
+      how.what = deformationSweepOf(options);
+      break;
+    case SweepKind::Animation:
+      how.what =
+          verbs::AnimationSweep{file, options.animation, options.scene, options.maxDeviation};
+      break;
+    case SweepKind::Mechanism:
+      how.what = verbs::MechanismSweep{file,
+                                       options.motion,
+                                       options.geometry,
+                                       ruleOf(options),
+                                       options.ownSteps,
+                                       options.maxSteps};
+      break;
+  }
+  how.mending = options.mending.given(options.mend);
+  how.components = options.dividedBy == kComponents;
+  if (options.unite) {
+    how.united = verbs::VoxelUnion{options.voxelSize, unionTimes(options, kind),
+                                   voxelCapStyle(options.caps)};
+  }
+  if (options.caps == "cone") how.caps = mesh4d::CapMethod::Cone;
+  if (options.prism == 3) how.prism = mesh4d::PrismSplit::Three;
+  how.part = options.part.value_or(model::Part());
+  how.output = options.output.fileOptions();
+  return how;
+}
+
+/// Whether mending, dividing or another way to close the ends may help.
+bool isAboutSolids(const Error& error) {
+  switch (error.remedy) {
+    case Remedy::Mend:
+    case Remedy::Thicken:
+    case Remedy::ConeCaps:
+    case Remedy::ConeCapsAlone:
+      return true;
+    default:
+      return std::ranges::any_of(error.others, isAboutSolids);
+  }
+}
+
+/// What was added to the options, as words.
+std::string addedTo(const verbs::SweepOptions& given, const verbs::SweepOptions& working) {
+  std::string words;
+  if (working.mending && !given.mending) words += " --mend";
+  if (working.mending && working.mending->thicken && !(given.mending && given.mending->thicken)) {
+    words += fmt::format(" --thicken {}", *working.mending->thicken);
+  }
+  if (working.components && !given.components) words += " --bodies component";
+  if (working.caps != given.caps) words += " --caps cone";
+  return words;
+}
+
+/// Reports an error, and what helps with this very file if it is found.
+int reportSolids(const verbs::SweepOptions& options, Error error) {
+  const auto working = isAboutSolids(error) ? verbs::workingOptions(options) : std::nullopt;
+  if (!working) return report(error);
+  error.remedy = Remedy::None;
+  for (Error& other : error.others) other.remedy = Remedy::None;
+  const int code = report(error);
+  sayHint("try:" + addedTo(options, *working));
+  return code;
+}
+
+void printReport(const verbs::SweepReport& report, const SweepArguments& options) {
+  print("{}: {} vertices, {} tetrahedra\n", options.output.path, grouped(report.vertices),
+        grouped(report.tetrahedra));
+  if (!report.bodies.empty()) {
+    const std::string count = counted(report.bodies.size(), "body", "bodies");
+    if (report.tolerance) {
+      print("  {}, nowhere farther than {:.3g} from the animation\n", count, *report.tolerance);
+    } else {
+      print("  {}\n", count);
+    }
+  }
+  if (report.voxelSize) print("  from voxels of {:.6g}\n", *report.voxelSize);
+  print("  {}, caps of {} and {} tetrahedra\n", counted(report.steps, "step"),
+        grouped(report.capTetrahedra[0]), grouped(report.capTetrahedra[1]));
+  if (options.maxDeviation && report.chordBound) {
+    print("  every slice within {:.3g} of the solid in motion\n", *report.chordBound);
+  }
+  print("  {}, {:.2f} s, peak memory {}\n", sizeText(report.bytes), report.seconds,
+        sizeText(peakBytes()));
+  if (const auto rounding = options.output.coding.rounding()) print("  {}\n", *rounding);
+}
+
+int run(const SweepArguments& options) {
+  for (const std::string& model : options.models) {
+    if (!exportHint(model).empty()) return report(formats::checkMeshExtension(model).error());
+  }
+  const SweepKind kind = verbs::sweepKindOf(options.models, options.motion);
+  if (const auto misuse = misuseOf(options, kind)) return wrongUsage(*misuse);
+  ConsoleObserver observer;
+  const verbs::SweepOptions how = sweepOptionsOf(options, kind);
+  const auto done = verbs::sweep(how, observer);
+  if (!done) return reportSolids(how, done.error());
+  observer.noteEach(done->notices);
+  if (const auto& others = done->otherAnimations; !others.empty() && options.animation.empty()) {
+    observer.note(
+        fmt::format("the first animation of {} is read; --animation takes another ({}), "
+                    "or all",
+                    others.size() + 1, fmt::join(others, ", ")));
+  }
+  if (options.json) {
+    tools::printText(jsonOf(*done, peakBytes()) + "\n");
+  } else {
+    printReport(*done, options);
+  }
+  return reportLosses(done->losses);
+}
+
+}  // namespace
+
+void addSweep(CLI::App& app, int& exitCode) {
+  auto* command = app.add_subcommand(
+      "sweep", "Sweep a solid along a motion, or through a deformation, into a 4D mesh");
+  auto options = std::make_shared<SweepArguments>();
+  command
+      ->add_option("MODEL", options->models,
+                   "Input solid: " + formats::readableTriangleMeshExtensions() +
+                       ", or an animation, deformation or mechanism (docs/sweep.md)")
+      ->required();
+  command->add_option("-m,--motion", options->motion,
+                      "Motion: .json, or poses as .csv, .tsv or .txt (docs/motion.md)");
+  options->table.addTo(*command);
+  command
+      ->add_option("--geometry", options->geometry,
+                   "Geometry of the links of a .urdf to sweep (default: collision)")
+      ->check(CLI::IsMember({"collision", "visual"}));
+  command->add_flag(
+      "--own-steps", options->ownSteps,
+      "Divide the motion of each body of a mechanism into its own steps (default: common steps)");
+  addBodiesOption(*command, options->dividedBy, /*components=*/true);
+  options->mending.addTo(*command, options->mend);
+  command->add_flag("--union", options->unite,
+                    "Make one solid of all bodies of an animation or a deformation, which may "
+                    "overlap, from voxels (--voxel-size, default: 0.01 of the largest extent)");
+  command->add_option("--animation", options->animation,
+                      "Animation by name or number, or all at once (default: the first)");
+  command->add_option("--scene", options->scene,
+                      "glTF scene, by name or number from 0 (default: that of the file)");
+  command
+      ->add_option("--times", options->keyTimes,
+                   "First and last time of a deformation (default for point caches: their times)")
+      ->check(timeSpan());
+  command
+      ->add_option("--backend", options->backend,
+                   "Method: mesh4d (sweep triangles) or voxel4d (weave voxel grids)")
+      ->check(CLI::IsMember({"mesh4d", "voxel4d"}))
+      ->capture_default_str();
+  auto* rvMin =
+      command
+          ->add_option("--rv-min", options->rvMin,
+                       "Minimum slice volume relative to the solid, in [0, 1) (default: 0.998)")
+          ->check(fractionBelowOne());
+  auto* steps = command->add_option("--steps", options->steps, "Number of steps per segment")
+                    ->check(wholeNumber(1, mesh4d::kMaxSteps));
+  auto* deviation =
+      command
+          ->add_option("--max-deviation", options->maxDeviation,
+                       "Maximum distance between a slice and the true solid, in length units")
+          ->check(numberAboveZero());
+  // Another name, which messages repeat.
+  command
+      ->add_option("--tolerance", options->maxDeviation,
+                   "Same as --max-deviation (default for animations: 0.001 of each body)")
+      ->check(numberAboveZero())
+      ->excludes(rvMin)
+      ->excludes(steps)
+      ->excludes(deviation);
+  command
+      ->add_option("--max-steps", options->maxSteps,
+                   "Maximum number of steps to accept (see docs/limits.md)")
+      ->check(wholeNumber(1, mesh4d::kMaxSteps));
+  rvMin->excludes(steps)->excludes(deviation);
+  steps->excludes(deviation);
+  command
+      ->add_option("--caps", options->caps,
+                   "Caps at the ends (default: tetgen for mesh4d, flat for voxel4d)")
+      ->check(CLI::IsMember({"tetgen", "cone", "flat", "half-step", "graded"}));
+  command
+      ->add_option("--prism", options->prism,
+                   "Cells per prism: 14 (default; symmetric, exact volumes) or 3 (fewest cells)")
+      ->check(CLI::IsMember({14, 3}));
+  addPartOption(*command, options->part, "Sweep only part K of N; `t4d join` joins the parts");
+  command
+      ->add_option("--voxel-size", options->voxelSize,
+                   "voxel4d, --union: Voxel edge length, in length units")
+      ->check(numberAboveZero());
+  addFrameTimes(*command, options->times, "voxel4d, --union: ", kFramesByMotion);
+  command->get_option("--frame-time")
+      ->description("Time between frames of voxel4d, or between keys of a deformation");
+  command->add_flag("--mask", options->mask,
+                    "voxel4d: Use masks of inside points instead of level sets");
+  addBetween(*command, options->between, "voxel4d: ");
+  options->output.addTo(*command);
+  command->add_flag("--json", options->json, "Print the result as JSON");
+  command->footer(
+      "Example:\n  t4d sweep bolt.obj --motion screw-in.json --up z -o bolt.t4d\n"
+      "  t4d sweep bolt.obj --motion screw-in.json --backend voxel4d --voxel-size 0.5 "
+      "-o bolt-voxels.t4d\n"
+      "  t4d sweep frames/cloth_*.obj --frame-time 0.04 -o cloth.t4d\n"
+      "  t4d sweep cloth.obj cloth.pc2 --times 0:2 -o cloth.t4d\n"
+      "  t4d sweep machine.glb --tolerance 0.001 -o machine.t4d\n"
+      "  t4d sweep arm.json --max-deviation 0.5 -o arm.t4d\n"
+      "  t4d sweep robot.urdf --motion joints.csv -o robot.t4d");
+  command->callback([=, &exitCode] {
+    if (const auto notice = orderFrames(options->models); !notice.empty()) printNotices({notice});
+    exitCode = run(*options);
+  });
+}
+
+}  // namespace t4d::tools

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "tools/verbs/t4d_file.h"
+
+namespace t4d::tools {
+
+/// Adds `-o`, the .t4d file to write.
+void addT4dOutputOption(CLI::App& command, std::string& path);
+
+/// Adds `--compression`.
+void addCompressionOption(CLI::App& command, int& level);
+
+/// How a .t4d file is stored.
+struct T4dCoding {
+  std::string precision = "float64";
+  std::optional<double> grid;
+  int compression = 3;
+  std::uint64_t spareEvery = 0;
+
+  void addTo(CLI::App& command);
+  formats::T4dWriteOptions writeOptions() const;
+  /// A line about positions that are rounded, for the report of what was written; or nothing.
+  std::optional<std::string> rounding() const;
+};
+
+/// The options of every verb that makes a .t4d from something else.
+struct T4dOutput {
+  std::string path;
+  T4dCoding coding;
+  std::string up;  ///< "y" or "z"; "" if it is not given
+  std::string body;
+  bool center = false;
+
+  void addTo(CLI::App& command);
+  verbs::T4dFileOptions fileOptions() const;
+};
+
+}  // namespace t4d::tools

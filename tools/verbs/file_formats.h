@@ -1,0 +1,24 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "platform/file_format.h"
+
+namespace t4d::verbs {
+
+/// The file formats of one kind of data.
+struct FormatsOfKind {
+  std::string_view kind;  ///< "4D mesh", "triangle mesh", ...
+  std::vector<platform::FileFormat> formats;
+};
+
+/// All formats that are read or written, in the order in which they are listed for users.
+std::vector<FormatsOfKind> fileFormats();
+
+/// As `t4d formats --json` prints them (docs/formats.md).
+std::string jsonOf(std::span<const FormatsOfKind> kinds);
+
+}  // namespace t4d::verbs

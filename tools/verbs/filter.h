@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tools/verbs/input.h"
+#include "tools/verbs/observer.h"
+#include "tools/verbs/time_window.h"
+
+namespace t4d::verbs {
+
+struct FilterOptions {
+  TimeWindow window = {};
+  std::string output = {};     ///< the .t4d to write
+  int compression = 3;         ///< as formats::T4dWriteOptions::compression
+  std::string generator = {};  ///< program and version, for the metadata
+};
+
+/// A cap that closes a body at a time.
+struct FilterCap {
+  std::string body;
+  double time = 0;
+  std::uint64_t triangles = 0;
+};
+
+struct FilterReport {
+  std::uint64_t bodies = 0;
+  model::TimeSpan span = {};
+  std::uint64_t slabs = 0;     ///< without caps
+  std::uint64_t slabsCut = 0;  ///< those of them that were cut at an end of the span
+  std::uint64_t cells = 0;     ///< with those of caps
+  std::vector<FilterCap> caps = {};
+  std::uint64_t bytes = 0;
+  double seconds = 0;
+  std::vector<std::string> notices = {};  ///< on bodies that are left out
+  std::vector<std::string> losses = {};   ///< as formats::T4dWriter::losses
+
+  std::uint64_t capCells() const;
+};
+
+/// Writes the part of the bodies that is within the time window (edit::clipTime). Fails with
+/// Remedy::OtherBodies if a body exists then but has no cell.
+Result<FilterReport> filter(const Input& input, const FilterOptions& options,
+                            Observer& observer = nobody());
+
+/// The report as JSON (docs/schemas/filter.schema.json).
+std::string jsonOf(const FilterReport& report, std::uint64_t peakBytes);
+
+}  // namespace t4d::verbs

@@ -1,0 +1,277 @@
+#include "tools/verbs/join_reports.h"
+
+#include <algorithm>
+#include <map>
+#include <string_view>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "formats/input_file.h"
+#include "formats/text/json_check.h"
+#include "tools/verbs/json_text.h"
+#include "tools/verbs/part_report.h"
+#include "tools/verbs/quality_parts.h"
+#include "tools/verbs/validate_parts.h"
+
+namespace t4d::verbs {
+namespace {
+
+using nlohmann::ordered_json;
+
+/// How the members of two reports make that of both.
+enum class Rule {
+  Add,     // numbers, or the numbers of two lists; null if one of them is
+  Most,    // the largest; null counts as nothing
+  First,   // of the first part
+  Last,    // of the last part
+  All,     // whether it is true of all
+  Append,  // lists, one after the other
+  Unknown  // null: only the joined file can tell
+};
+using Rules = std::map<std::string, Rule, std::less<>>;
+
+/// Of the verbs whose reports are joined member by member.
+const std::map<std::string, Rules, std::less<>>& rulesOfVerbs() {
+  static const Rules kGrids = {
+      {"mend", Rule::First},        {"frames", Rule::Add},
+      {"time_begin", Rule::First},  {"time_end", Rule::Last},
+      {"inside_points", Rule::Add}, {"empty_frames", Rule::Add},
+      {"bytes", Rule::Add},         {"most_active_voxels", Rule::Most},
+      {"seconds", Rule::Add},       {"peak_bytes", Rule::Most},
+      {"parts_lost", Rule::Append},
+  };
+  static const std::map<std::string, Rules, std::less<>> kRules = {
+      {"measure",
+       {{"length_unit", Rule::First}, {"time_unit", Rule::First}, {"samples", Rule::Append}}},
+      {"collide", {{"pairs", Rule::Append}, {"ignored", Rule::First}, {"mended", Rule::First}}},
+      {"voxelize", kGrids},
+      {"rasterize", kGrids},
+      {"frames",
+       {{"frames", Rule::Add},
+        {"triangles", Rule::Add},
+        {"time_begin", Rule::First},
+        {"time_end", Rule::Last},
+        {"bytes", Rule::Add},
+        {"manifest", Rule::First},
+        {"light", Rule::All},
+        {"distance", Rule::Most},
+        {"max_speed", Rule::Most},
+        {"clamped", Rule::Add},
+        {"color_range", Rule::First},
+        {"quantization_error", Rule::Most}}},
+      {"weave",
+       {{"vertices", Rule::Add},
+        {"tetrahedra", Rule::Add},
+        {"frames", Rule::Add},
+        {"frames_in_between", Rule::Add},
+        {"seconds", Rule::Add},
+        {"peak_bytes", Rule::Most},
+        {"cap_tetrahedra", Rule::Add},
+        {"space", Rule::First},
+        {"bytes", Rule::Unknown},
+        {"parts_lost", Rule::Append}}},
+      {"compress",
+       {{"bytes_before", Rule::First},
+        {"bytes", Rule::Unknown},
+        {"seconds", Rule::Add},
+        {"peak_bytes", Rule::Most}}},
+  };
+  return kRules;
+}
+
+struct Report {
+  std::filesystem::path file;
+  ordered_json json;
+
+  const ordered_json& part() const { return json.at("part"); }
+  std::uint64_t number() const { return part().at("number"); }
+};
+
+Result<Report> readReport(const std::filesystem::path& path) {
+  const auto file = formats::readInputFile(path);
+  if (!file) return file.error();
+  if (auto sound = formats::checkJson(file->bytes, path.string()); !sound) return sound.error();
+  Report report{path, ordered_json::parse(file->bytes, nullptr, false)};
+  if (report.json.is_discarded()) return invalid("is not JSON", path.string());
+  try {
+    const ordered_json& part = report.json.at("part");
+    for (const char* name : {"verb", "version"}) part.at(name).get<std::string>();
+    for (const char* name : {"number", "count"}) part.at(name).get<std::uint64_t>();
+    part.at("options").items();
+    part.at("checksums").items();
+    return report;
+  } catch (const ordered_json::exception&) {
+    return invalid("is not the report of a part", path.string(), Remedy::PartReports);
+  }
+}
+
+/// How the run of a part differs from that of the first one; "" if it does not.
+std::string differenceOf(const Report& first, const Report& other) {
+  const ordered_json& a = first.part();
+  const ordered_json& b = other.part();
+  for (const char* name : {"verb", "version", "count"}) {
+    if (a.at(name) != b.at(name)) {
+      return fmt::format("its {} is {}, and that of {} is {}",
+                         std::string_view(name) == "count" ? "number of parts" : name,
+                         b.at(name).dump(), first.file.string(), a.at(name).dump());
+    }
+  }
+  const auto ofOptions = [&](const ordered_json& left, const ordered_json& right) -> std::string {
+    for (const auto& [name, value] : left.items()) {
+      if (right.contains(name) && right[name] == value) continue;
+      return fmt::format("{} is {}, and for {} {}", name,
+                         right.contains(name) ? right[name].dump() : "not given",
+                         first.file.string(), value.dump());
+    }
+    return {};
+  };
+  if (auto text = ofOptions(a.at("options"), b.at("options")); !text.empty()) return text;
+  for (const auto& [name, value] : b.at("options").items()) {
+    if (a.at("options").contains(name)) continue;
+    return fmt::format("{} is {}, and not given for {}", name, value.dump(), first.file.string());
+  }
+  if (a.contains("input") && b.contains("input")) {
+    if (auto text = ofOptions(a.at("input"), b.at("input")); !text.empty()) {
+      return "of the input, " + text;
+    }
+  }
+  return {};
+}
+
+/// Sorts the reports by their numbers; fails unless they are all parts of one run.
+Result<void> putInOrder(std::vector<Report>& reports) {
+  for (const Report& report : reports) {
+    const std::string difference = differenceOf(reports.front(), report);
+    if (difference.empty()) continue;
+    return invalid("is of another run: " + difference, report.file.string());
+  }
+  std::ranges::stable_sort(reports, {}, &Report::number);
+  const std::uint64_t count = reports.front().part().at("count");
+  for (std::size_t i = 0; i < reports.size(); ++i) {
+    const std::uint64_t number = reports[i].number();
+    if (number == i + 1) continue;
+    const bool twice = i > 0 && number == reports[i - 1].number();
+    return invalid(twice ? fmt::format("part {} of {} is given twice, also as {}", number, count,
+                                       reports[i - 1].file.string())
+                         : fmt::format("part {} of {} is missing", i + 1, count),
+                   reports[i].file.string());
+  }
+  if (reports.size() == count) return {};
+  return invalid(fmt::format("part {} of {} is missing", reports.size() + 1, count),
+                 reports.back().file.string());
+}
+
+/// Fails for a report that is not as the verb wrote it.
+Result<void> checkWhole(const Report& report) {
+  const auto altered = alteredMember(report.json);
+  if (!altered) return {};
+  return invalid(fmt::format("'{}' is not what {} wrote, by its checksum; make the report again",
+                             *altered, report.part().at("verb").get<std::string>()),
+                 report.file.string());
+}
+
+ordered_json added(const ordered_json& a, const ordered_json& b) {
+  if (a.is_null() || b.is_null()) return {};
+  if (a.is_array()) {
+    ordered_json sum = a;
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] = added(a[i], b.at(i));
+    return sum;
+  }
+  if (a.is_number_float() || b.is_number_float()) return a.get<double>() + b.get<double>();
+  return a.get<std::uint64_t>() + b.get<std::uint64_t>();
+}
+
+ordered_json both(Rule rule, ordered_json a, const ordered_json& b) {
+  switch (rule) {
+    case Rule::Add:
+      return added(a, b);
+    case Rule::Most:
+      return a.is_null() || (b.is_number() && b.get<double>() > a.get<double>()) ? b : a;
+    case Rule::First:
+      return a;
+    case Rule::Last:
+      return b;
+    case Rule::All:
+      return a.get<bool>() && b.get<bool>();
+    case Rule::Append:
+      for (const ordered_json& item : b) a.push_back(item);
+      return a;
+    case Rule::Unknown:
+      break;
+  }
+  return {};
+}
+
+/// Throws nlohmann::json::exception for what is no report of the verb.
+ordered_json joinedByRules(const std::vector<ordered_json>& reports, const Rules& rules) {
+  ordered_json all = reports.front();
+  all.erase("part");
+  for (const auto& [name, value] : all.items()) {
+    const Rule rule = rules.at(name);
+    if (rule == Rule::Unknown && reports.size() > 1) value = nullptr;
+    for (std::size_t i = 1; i < reports.size(); ++i) value = both(rule, value, reports[i].at(name));
+  }
+  // As each verb lists them.
+  constexpr std::size_t kMostListed = 1000;
+  if (all.contains("parts_lost") && all["parts_lost"].size() > kMostListed) {
+    all["parts_lost"].erase(all["parts_lost"].begin() + kMostListed, all["parts_lost"].end());
+  }
+  return all;
+}
+
+Result<JoinedReport> joinedValidations(const std::vector<ordered_json>& reports) {
+  std::vector<PartValidation> parts;
+  for (const ordered_json& report : reports) {
+    auto part = partValidationOf(report.at("part").at("state"));
+    if (!part) throw ordered_json::other_error::create(600, "no state of a part", &report);
+    parts.push_back(std::move(*part));
+  }
+  const auto validation = joinedValidation(parts);
+  if (!validation) return validation.error();
+  const bool deep = reports.front().at("part").at("options").contains("--deep");
+  return JoinedReport{"validate", jsonText(jsonOf(*validation, deep)), validation->valid()};
+}
+
+Result<JoinedReport> joined(const std::string& verb, const std::vector<ordered_json>& reports) {
+  if (verb == "validate") return joinedValidations(reports);
+  if (verb == "quality") {
+    const std::uint64_t worst = reports.front().at("part").at("input").at("worst");
+    return JoinedReport{verb, jsonText(joinedQuality(reports, worst))};
+  }
+  const auto rules = rulesOfVerbs().find(verb);
+  if (rules != rulesOfVerbs().end()) {
+    return JoinedReport{verb, jsonText(joinedByRules(reports, rules->second))};
+  }
+  return invalid(fmt::format("is of the verb {}, whose files are joined, not its reports", verb));
+}
+
+}  // namespace
+
+Result<JoinedReport> joinReports(const std::vector<std::filesystem::path>& files) {
+  std::vector<Report> reports;
+  for (const auto& file : files) {
+    auto report = readReport(file);
+    if (!report) return report.error();
+    reports.push_back(std::move(*report));
+  }
+  if (reports.empty()) return invalid("no report is to be joined");
+  if (auto good = putInOrder(reports); !good) return good.error();
+  for (const Report& report : reports) {
+    if (auto whole = checkWhole(report); !whole) return whole.error();
+  }
+  std::vector<ordered_json> values;
+  for (Report& report : reports) values.push_back(std::move(report.json));
+  const std::string verb = values.front().at("part").at("verb");
+  const std::string where = reports.front().file.string();
+  try {
+    auto all = joined(verb, values);
+    if (!all && all.error().where.empty()) all.error().where = where;
+    return all;
+  } catch (const std::exception&) {
+    return invalid(fmt::format("or another of these is not a whole report of {} on a part", verb),
+                   where);
+  }
+}
+
+}  // namespace t4d::verbs

@@ -1,0 +1,110 @@
+#include "tools/verbs/mechanism_input.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "formats/file_extension.h"
+#include "formats/motion/urdf_reader.h"
+#include "formats/t4d/body_details.h"
+#include "mesh4d/mechanism_keys.h"
+#include "tools/verbs/mending.h"
+
+namespace t4d::verbs {
+
+bool isUrdf(const std::string& path) { return formats::lowerCaseExtension(path) == ".urdf"; }
+
+bool isMechanism(const std::string& path) {
+  return isUrdf(path) || formats::lowerCaseExtension(path) == ".json";
+}
+
+namespace {
+
+/// The body that solid `index` hangs on: another one of its link, or of the nearest link towards
+/// the world that has one.
+std::string parentSolid(const formats::LoadedMechanism& mechanism, std::size_t index) {
+  for (std::size_t link = mechanism.solids[index].link; link != model::Link::kWorld;
+       link = mechanism.mechanism.links[link].parent) {
+    const auto first = std::ranges::find(mechanism.solids, link, &formats::MechanismSolid::link);
+    const bool isThis = first == mechanism.solids.begin() + static_cast<std::ptrdiff_t>(index);
+    if (first != mechanism.solids.end() && !isThis) return first->name;
+  }
+  return {};
+}
+
+formats::BodyInfo solidInfo(const formats::LoadedMechanism& mechanism, std::size_t index) {
+  const formats::MechanismSolid& solid = mechanism.solids[index];
+  formats::BodyInfo info{.name = solid.name, .parent = parentSolid(mechanism, index)};
+  const std::string& link = mechanism.mechanism.links[solid.link].name;
+  if (link != solid.name) formats::setLink(info, link);
+  return info;
+}
+
+/// Says before the work which body has the most steps, if they are so many that it takes long.
+void noteManySteps(const formats::LoadedMechanism& mechanism,
+                   const std::vector<mesh4d::LinkKeys>& keys, Observer& observer) {
+  constexpr std::uint64_t kMany = 10'000;
+  std::uint64_t most = 0;
+  std::size_t body = 0;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    if (keys[i].keys->count() - 1 <= most) continue;
+    most = keys[i].keys->count() - 1;
+    body = i;
+  }
+  if (most < kMany) return;
+  observer.note(fmt::format("body '{}' has {} steps, between {} times of its motion",
+                            mechanism.solids[body].name, most,
+                            mechanism.mechanism.knots(mechanism.solids[body].link).size()));
+}
+
+}  // namespace
+
+Result<MechanismBodies> readMechanismBodies(const MechanismInput& input, Observer& observer) {
+  formats::UrdfOptions how;
+  if (!input.geometry.empty()) how.geometry = input.geometry;
+  auto read = isUrdf(input.path) ? formats::readUrdf(input.path, input.motion, how)
+                                 : formats::readMechanism(input.path);
+  if (!read) return read.error();
+  for (const std::string& notice : read->notices) observer.note(input.path + ": " + notice);
+  MechanismBodies loaded;
+  std::vector<Error> errors;
+  for (formats::MechanismSolid& solid : read->solids) {
+    if (!input.mending) continue;
+    auto done = mendSolid(solid.mesh, *input.mending, solid.where, observer);
+    if (done) {
+      loaded.mended.push_back({solid.name, std::move(*done)});
+    } else {
+      errors.push_back(std::move(done.error()));
+    }
+  }
+  if (!errors.empty()) return allErrors(std::move(errors));
+  observer.noteEach(noticesOf(loaded.mended));
+  const auto mechanism = std::make_shared<const formats::LoadedMechanism>(std::move(*read));
+  std::vector<mesh4d::LinkSolid> solids;
+  for (const formats::MechanismSolid& solid : mechanism->solids) {
+    solids.push_back({&solid.mesh, solid.link, solid.place});
+  }
+  auto keys = mesh4d::mechanismKeys(mechanism->mechanism, solids, input.steps, input.prism,
+                                    !input.ownSteps, input.maxSteps);
+  if (!keys) {
+    if (keys.error().where.empty()) keys.error().where = input.path;
+    return keys.error();
+  }
+  noteManySteps(*mechanism, *keys, observer);
+  for (std::size_t i = 0; i < solids.size(); ++i) {
+    formats::AnimatedBody body{mechanism->solids[i].name, mechanism->solids[i].mesh, {}};
+    body.runs.push_back(std::move((*keys)[i].keys));
+    loaded.chordBound = std::max(loaded.chordBound, (*keys)[i].chordBound);
+    loaded.bodies.push_back(std::move(body));
+    loaded.infos.push_back(solidInfo(*mechanism, i));
+    if (mechanism->mechanism.moves(mechanism->solids[i].link)) {
+      formats::setChordBound(loaded.infos.back(), (*keys)[i].chordBound);
+    }
+  }
+  loaded.files.push_back(input.path);
+  for (const auto& file : mechanism->otherFiles) loaded.files.push_back(file.string());
+  loaded.mechanism = mechanism;
+  return loaded;
+}
+
+}  // namespace t4d::verbs

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "edit/mend_surface.h"
+#include "formats/gltf/gltf_animation.h"
+#include "formats/motion/mechanism_reader.h"
+#include "formats/t4d/metadata.h"
+#include "mesh4d/prism.h"
+#include "mesh4d/steps.h"
+#include "tools/verbs/mending.h"
+#include "tools/verbs/observer.h"
+
+namespace t4d::verbs {
+
+/// Whether a file is a mechanism by its name: a .json or a .urdf.
+bool isMechanism(const std::string& path);
+bool isUrdf(const std::string& path);
+
+/// A mechanism, and how its solids become 4D meshes.
+struct MechanismInput {
+  std::string path;
+  std::string motion = {};    ///< of a .urdf: the table of its joints
+  std::string geometry = {};  ///< of a .urdf, as formats::UrdfOptions; "" for default
+  mesh4d::StepRule steps = {};
+  mesh4d::PrismSplit prism = mesh4d::PrismSplit::Fourteen;
+  bool ownSteps = false;                                 ///< of each body, and not common ones
+  std::optional<edit::MendSurfaceOptions> mending = {};  ///< nothing: solids as they are
+  std::optional<std::uint64_t> maxSteps = {};            ///< as mesh4d::mechanismKeys
+};
+
+struct MechanismBodies {
+  std::shared_ptr<const formats::LoadedMechanism> mechanism;  ///< that the keys refer to
+  std::vector<formats::AnimatedBody> bodies;
+  std::vector<formats::BodyInfo> infos = {};  ///< of each body
+  double chordBound = 0;                      ///< in length units, of all bodies
+  std::vector<std::string> files = {};        ///< all that were read
+  std::vector<MendedBody> mended = {};        ///< empty if none was to be mended
+};
+
+/// Reads a mechanism. The observer gets its notices. If several solids cannot be mended, the error
+/// has those of the others (Error::others).
+Result<MechanismBodies> readMechanismBodies(const MechanismInput& input, Observer& observer);
+
+}  // namespace t4d::verbs

@@ -1,0 +1,47 @@
+#include "tools/verbs/mend.h"
+
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "formats/triangle/triangle_mesh_writer.h"
+#include "platform/kept_inputs.h"
+#include "platform/stopwatch.h"
+#include "tools/verbs/json_text.h"
+#include "tools/verbs/mending.h"
+#include "tools/verbs/solid_input.h"
+
+namespace t4d::verbs {
+
+Result<MendReport> mend(const MendOptions& options, Observer& observer) {
+  const platform::KeptInputs kept;
+  const platform::Stopwatch stopwatch;
+  auto loaded = readSolidInput({options.input, options.bodies, options.limits}, observer);
+  if (!loaded) return loaded.error();
+  MendReport report;
+  report.mended = std::move(loaded->mended);
+  for (const formats::NamedMesh& body : loaded->bodies) {
+    report.vertices += body.mesh.vertices.size();
+    report.triangles += body.mesh.triangles.size();
+  }
+  report.losses = std::move(loaded->losses);
+  const auto lost = [&] {
+    const auto stage = observer.stage("writing " + options.output);
+    return formats::writeTriangleMeshes(options.output, loaded->bodies);
+  }();
+  if (!lost) return lost.error();
+  report.losses.insert(report.losses.end(), lost->begin(), lost->end());
+  report.seconds = stopwatch.seconds();
+  return report;
+}
+
+std::string jsonOf(const MendReport& report, std::uint64_t peakBytes) {
+  auto result = mendJson(report.mended);
+  result["vertices"] = report.vertices;
+  result["triangles"] = report.triangles;
+  result["seconds"] = report.seconds;
+  result["peak_bytes"] = peakBytes;
+  return jsonText(result);
+}
+
+}  // namespace t4d::verbs

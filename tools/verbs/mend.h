@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "edit/mend_surface.h"
+#include "formats/triangle/mesh_bodies.h"
+#include "tools/verbs/mending.h"
+#include "tools/verbs/observer.h"
+
+namespace t4d::verbs {
+
+struct MendOptions {
+  std::string input = {};                        ///< a triangle mesh
+  std::optional<formats::BodiesBy> bodies = {};  ///< of an .obj; nothing for one body
+  edit::MendSurfaceOptions limits = {};          ///< for each body
+  std::string output = {};                       ///< the file to write, of any triangle format
+};
+
+struct MendReport {
+  std::vector<MendedBody> mended;
+  std::uint64_t vertices = 0;   ///< written, of all bodies
+  std::uint64_t triangles = 0;  ///< written, of all bodies
+  double seconds = 0;           ///< with reading and writing
+  std::vector<std::string> losses = {};
+};
+
+/// Reads a triangle mesh, mends each body by itself, and writes the file. A mesh in memory is
+/// mended by edit::mendSurface. Errors have those of other bodies (Error::others). Fails (Options)
+/// if the output is a file that is read.
+Result<MendReport> mend(const MendOptions& options, Observer& observer = nobody());
+
+/// The report as JSON (docs/schemas/mend.schema.json); `peakBytes` is the memory that it took.
+std::string jsonOf(const MendReport& report, std::uint64_t peakBytes);
+
+}  // namespace t4d::verbs

@@ -1,0 +1,168 @@
+#include "tools/verbs/mending.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "edit/surface_crossings.h"
+
+namespace t4d::verbs {
+
+using nlohmann::ordered_json;
+
+namespace {
+
+/// An error that says no place is about this one.
+Result<edit::MendSurfaceReport> mendedAt(Result<edit::MendSurfaceReport> report,
+                                         const Place& where) {
+  if (report || !report.error().where.empty()) return report;
+  Error error = report.error();
+  error.where = where;
+  return error;
+}
+
+std::string ofBody(const std::string& name) {
+  return name.empty() ? "" : fmt::format("body '{}': ", name);
+}
+
+/// Whether two volumes look the same in a message.
+bool sameInText(const std::optional<double>& a, double b) {
+  return a && fmt::format("{:.12g}", *a) == fmt::format("{:.12g}", b);
+}
+
+std::string extentOf(const model::Bounds3& bounds) {
+  if (bounds.empty()) return {};
+  const model::Point3 size = bounds.max - bounds.min;
+  return fmt::format("{:.6g} x {:.6g} x {:.6g}", size.x(), size.y(), size.z());
+}
+
+ordered_json boundsJson(const model::Bounds3& bounds) {
+  if (bounds.empty()) return nullptr;
+  return {{"min", {bounds.min.x(), bounds.min.y(), bounds.min.z()}},
+          {"max", {bounds.max.x(), bounds.max.y(), bounds.max.z()}}};
+}
+
+ordered_json measuresJson(const edit::MendSurfaceReport& report) {
+  return {{"hausdorff", report.hausdorff},
+          {"volume_before",
+           report.volumeBefore ? ordered_json(*report.volumeBefore) : ordered_json(nullptr)},
+          {"volume_after", report.volumeAfter},
+          {"lost_triangles", report.lost.triangles},
+          {"lost_distance", report.lost.distance}};
+}
+
+}  // namespace
+
+Result<edit::MendSurfaceReport> mendSolid(model::TriangleMesh& mesh,
+                                          const edit::MendSurfaceOptions& options,
+                                          const Place& where, Observer& observer) {
+  const auto stage = observer.stage("mending");
+  return mendedAt(edit::mendSurface(mesh, options, stage->callback()), where);
+}
+
+Result<edit::MendSurfaceReport> mendDeformedSolid(model::TriangleMesh& mesh, edit::Runs& runs,
+                                                  const edit::MendSurfaceOptions& options,
+                                                  edit::Crossings crossings, const Place& where) {
+  return mendedAt(edit::mendDeformation(mesh, runs, options, crossings), where);
+}
+
+edit::MendSurfaceReport totalOf(const std::vector<MendedBody>& bodies) {
+  edit::MendSurfaceReport total = bodies.front().report;
+  total.changes.clear();
+  total.boundsBefore = total.boundsAfter = {};
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const auto& [name, body] = bodies[i];
+    for (edit::SurfaceChange change : body.changes) {
+      change.text = ofBody(name) + change.text;
+      total.changes.push_back(std::move(change));
+    }
+    if (i == 0) continue;
+    total.hausdorff = std::max(total.hausdorff, body.hausdorff);
+    if (!body.volumeBefore) total.volumeBefore.reset();
+    if (total.volumeBefore) *total.volumeBefore += *body.volumeBefore;
+    total.volumeAfter += body.volumeAfter;
+    total.lost.triangles += body.lost.triangles;
+    total.lost.distance = std::max(total.lost.distance, body.lost.distance);
+    total.components += body.components;
+  }
+  return total;
+}
+
+ordered_json mendJson(const std::vector<MendedBody>& bodies) {
+  const edit::MendSurfaceReport total = totalOf(bodies);
+  ordered_json changes = ordered_json::array();
+  for (const edit::SurfaceChange& change : total.changes) {
+    changes.push_back(
+        {{"kind", edit::nameOf(change.kind)}, {"count", change.count}, {"text", change.text}});
+  }
+  ordered_json result = {{"changes", changes}};
+  result.update(measuresJson(total));
+  result["closed"] = total.closed;
+  result["manifold"] = total.manifold;
+  result["self_intersections"] =
+      total.selfIntersections ? ordered_json(*total.selfIntersections) : nullptr;
+  result["components"] = total.components;
+  result["bodies"] = ordered_json::array();
+  for (const auto& [name, report] : bodies) {
+    ordered_json body = {{"name", name}};
+    body.update(measuresJson(report));
+    body["bounds_before"] = boundsJson(report.boundsBefore);
+    body["bounds_after"] = boundsJson(report.boundsAfter);
+    body["components"] = report.components;
+    result["bodies"].push_back(std::move(body));
+  }
+  return result;
+}
+
+bool isReshaped(const edit::MendSurfaceReport& report) {
+  return report.hausdorff > 0 || report.lost.triangles > 0 ||
+         (!report.changes.empty() && !sameInText(report.volumeBefore, report.volumeAfter));
+}
+
+std::string measuresOf(const edit::MendSurfaceReport& report) {
+  const char* unchecked = report.selfIntersections || edit::findsCrossings()
+                              ? ""
+                              : "; self-intersections not checked (no CGAL in this build)";
+  if (report.changes.empty()) return fmt::format("volume {:.12g}{}", report.volumeAfter, unchecked);
+  const std::string after = extentOf(report.boundsAfter);
+  const std::string before = extentOf(report.boundsBefore);
+  return fmt::format(
+      "volume {:.12g}, {}{}; Hausdorff distance {:.6g}{}", report.volumeAfter,
+      report.volumeBefore ? fmt::format("{:.12g} before", *report.volumeBefore) : "open before",
+      after == before ? "" : fmt::format("; extent {}, {} before", after, before), report.hausdorff,
+      unchecked);
+}
+
+std::vector<std::string> noticesOf(const std::vector<MendedBody>& bodies) {
+  std::vector<std::string> notices;
+  for (const auto& [name, report] : bodies) {
+    for (const edit::SurfaceChange& change : report.changes) {
+      notices.push_back(ofBody(name) + change.text);
+    }
+    if (report.changes.empty()) continue;
+    notices.push_back(fmt::format("{}mended: {}", ofBody(name), measuresOf(report)));
+  }
+  return notices;
+}
+
+std::vector<std::string> lossesOf(const std::vector<MendedBody>& bodies) {
+  std::vector<std::string> losses;
+  for (const auto& [name, report] : bodies) {
+    if (report.lost.triangles == 0) continue;
+    losses.push_back(fmt::format(
+        "{}mending dropped what {} outside of the solid, up to {:.6g} away from it", ofBody(name),
+        report.lost.triangles == 1 ? "1 triangle has"
+                                   : fmt::format("{} triangles have", report.lost.triangles),
+        report.lost.distance));
+  }
+  return losses;
+}
+
+formats::MendedInfo mendedInfoOf(const edit::MendSurfaceReport& report) {
+  return {report.volumeBefore, report.volumeAfter, report.hausdorff, report.lost.triangles,
+          report.lost.distance};
+}
+
+}  // namespace t4d::verbs

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "edit/mend_deformation.h"
+#include "edit/mend_surface.h"
+#include "formats/t4d/body_details.h"
+#include "tools/verbs/observer.h"
+
+namespace t4d::verbs {
+
+/// A body, and what mending did to it.
+struct MendedBody {
+  std::string name;  ///< "" if there is but one
+  edit::MendSurfaceReport report;
+};
+
+/// Mends a mesh (edit::mendSurface); `where` is the place of errors that have none.
+Result<edit::MendSurfaceReport> mendSolid(model::TriangleMesh& mesh,
+                                          const edit::MendSurfaceOptions& options,
+                                          const Place& where, Observer& observer);
+
+/// Mends a surface that is deformed (edit::mendDeformation); `where` is the place of errors that
+/// have none.
+Result<edit::MendSurfaceReport> mendDeformedSolid(model::TriangleMesh& mesh, edit::Runs& runs,
+                                                  const edit::MendSurfaceOptions& options,
+                                                  edit::Crossings crossings, const Place& where);
+
+/// All bodies together, at least one: changes with the name of their body, sums of volumes and
+/// counts, and the largest distances. Without bounds, since bodies may have frames of their own.
+edit::MendSurfaceReport totalOf(const std::vector<MendedBody>& bodies);
+
+/// The report as JSON (docs/mend.md).
+nlohmann::ordered_json mendJson(const std::vector<MendedBody>& bodies);
+
+/// Whether the shape is another one than that of the input: not if vertices were merged or the
+/// surface was turned, at the same volume.
+bool isReshaped(const edit::MendSurfaceReport& report);
+
+/// The volumes, the extents and how far the surface moved, on one line.
+std::string measuresOf(const edit::MendSurfaceReport& report);
+
+/// The changes as sentences, and those of each body in numbers, for a verb that does something else
+/// after mending.
+std::vector<std::string> noticesOf(const std::vector<MendedBody>& bodies);
+
+/// What was dropped outside of the mended solids, a sentence for each body.
+std::vector<std::string> lossesOf(const std::vector<MendedBody>& bodies);
+
+/// What a .t4d file says of a body that was mended.
+formats::MendedInfo mendedInfoOf(const edit::MendSurfaceReport& report);
+
+}  // namespace t4d::verbs

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "model/motion.h"
+#include "model/triangle_mesh.h"
+#include "voxel4d/frame_spacing.h"
+
+namespace t4d::verbs {
+
+/// The times of a motion's frames: as given by `when`, or otherwise enough that no point of `mesh`
+/// moves by more than a voxel between two frames. Adds a notice if the frames of `when` are farther
+/// apart. `where` of an error is `motionFile`.
+Result<std::vector<double>> motionFrameTimes(const voxel4d::FrameTimes& when, double voxelSize,
+                                             const model::TriangleMesh& mesh,
+                                             const model::Motion& motion,
+                                             const std::string& motionFile,
+                                             std::vector<std::string>& notices);
+
+}  // namespace t4d::verbs

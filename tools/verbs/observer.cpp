@@ -1,0 +1,10 @@
+#include "tools/verbs/observer.h"
+
+namespace t4d::verbs {
+
+Observer& nobody() {
+  static Observer observer;
+  return observer;
+}
+
+}  // namespace t4d::verbs

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "convert/frame_slices.h"
+#include "tools/verbs/input.h"
+#include "tools/verbs/observer.h"
+#include "tools/verbs/slice_write_options.h"
+
+namespace t4d::verbs {
+
+/// Begins a colour that is followed by the name of an attribute.
+inline constexpr std::string_view kColorByAttribute = "attribute:";
+
+/// The smallest and largest value of what gives colours: the ends of the colour map.
+using ColorRange = std::array<double, 2>;
+
+/// What gives slices their colours.
+struct Painting {
+  convert::Paint paint = {};             ///< null if no colours are asked for
+  std::optional<ColorRange> range = {};  ///< if they come from numbers
+};
+
+/// Colours by the attribute `velocity`, from a speed of 0 to the largest.
+Painting paintingBySpeed(double largest);
+
+/// Colours of the bodies of an input, by their attributes over the range of all bodies or of these
+/// meshes. Not by speed. Fails as convert::attributeColors does.
+Result<Painting> paintingOf(const SliceWriteOptions& options, const Input& input);
+Result<Painting> paintingOf(const SliceWriteOptions& options, const Input& input,
+                            std::span<const formats::NamedMesh> meshes);
+
+/// Colours of frames, by speed too: they are sliced once to find the largest speed.
+Result<Painting> paintingOfFrames(const SliceWriteOptions& options, const Input& input,
+                                  std::span<const double> times, slice::SliceDetail detail,
+                                  const std::optional<convert::FrameVelocity>& velocity,
+                                  Observer& observer);
+
+}  // namespace t4d::verbs

@@ -1,0 +1,127 @@
+#include "tools/verbs/recover.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "formats/t4d/optional_chunks.h"
+#include "formats/t4d/writer.h"
+
+namespace t4d::verbs {
+namespace {
+
+using nlohmann::ordered_json;
+
+/// Limits the size of the metadata.
+constexpr std::size_t kMostGaps = 1000;
+
+/// Times between slabs at which a body does not exist.
+ordered_json gapsOf(formats::T4dSalvage& salvage) {
+  ordered_json gaps = ordered_json::array();
+  for (std::size_t i = 0; i < salvage.metadata().bodies.size(); ++i) {
+    const model::Source& slabs = salvage.body(i);
+    for (std::size_t k = 1; k < slabs.slabCount(); ++k) {
+      const double begin = slabs.timeSpan(k - 1).end;
+      const double end = slabs.timeSpan(k).begin;
+      if (begin == end || gaps.size() == kMostGaps) continue;
+      gaps.push_back({{"body", salvage.metadata().bodies[i].name}, {"begin", begin}, {"end", end}});
+    }
+  }
+  return gaps;
+}
+
+/// The metadata of the recovered file: the original, with our generator and a note on its origin.
+formats::Metadata metadataOf(formats::T4dSalvage& salvage, const std::filesystem::path& input,
+                             const std::string& generator) {
+  formats::Metadata metadata = salvage.metadata();
+  ordered_json details = ordered_json::parse(metadata.detailsJson);
+  ordered_json recovered = {{"from", input.filename().string()},
+                            {"slabs_saved", salvage.slabsSaved()}};
+  if (const auto known = salvage.slabsKnown()) recovered["slabs_known"] = *known;
+  if (!metadata.generator.empty()) recovered["generator"] = metadata.generator;
+  if (!salvage.losses().empty()) recovered["gaps"] = gapsOf(salvage);
+  details["recovered"] = std::move(recovered);
+  metadata.detailsJson = details.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+  metadata.generator = generator;
+  return metadata;
+}
+
+std::string atEnd(const edit::RunEnd& end) {
+  return fmt::format("where it {} at time {}", end.begin ? "begins" : "ends", end.time);
+}
+
+}  // namespace
+
+Result<RecoverReport> recover(const std::filesystem::path& input,
+                              const std::filesystem::path& output, const RecoverOptions& options,
+                              const model::Progress& progress) {
+  // Reading, writing and validating take about the same time.
+  const auto third = [&](double index) -> model::Progress {
+    if (!progress) return {};
+    return [&progress, index](double f) { progress((index + f) / 3); };
+  };
+  auto salvage = formats::T4dSalvage::open(input, third(0));
+  if (!salvage) return salvage.error();
+  RecoverReport report;
+  report.slabsSaved = salvage->slabsSaved();
+  report.slabsKnown = salvage->slabsKnown();
+  report.metadataSaved = salvage->metadataSaved();
+  report.lost = salvage->losses();
+  if (report.slabsSaved == 0) return report;
+  const bool damaged = !report.lost.empty();
+
+  const formats::Metadata metadata = metadataOf(*salvage, input, options.generator);
+  auto writer = formats::T4dWriter::create(output, metadata);
+  if (!writer) return writer.error();
+  std::uint64_t before = 0;
+  for (std::size_t i = 0; i < metadata.bodies.size(); ++i) {
+    const model::Source& slabs = salvage->body(i);
+    edit::RunCloser closer(writer->body(i));
+    const auto ofAll = [&, progress = third(1)](double fraction) {
+      if (!progress) return;
+      const double done = static_cast<double>(before) + fraction * double(slabs.slabCount());
+      progress(done / static_cast<double>(report.slabsSaved));
+    };
+    if (auto pumped = pump(slabs, closer, ofAll); !pumped) return pumped.error();
+    before += slabs.slabCount();
+    auto ends = closer.finish();
+    if (!ends) return ends.error();
+    for (const edit::RunEnd& end : *ends) {
+      const std::string& name = metadata.bodies[i].name;
+      const std::uint64_t offset = salvage->slabOffset(i, end.slab);
+      if (end.open) {
+        const std::string what =
+            fmt::format("the body '{}' stays open {}: {}", name, atEnd(end), *end.open);
+        report.lost.push_back({offset, what, {}});
+        continue;
+      }
+      report.closed.push_back({name, end});
+      // Nothing was lost here, but the cap changes the mesh.
+      if (!damaged) {
+        const std::string what =
+            fmt::format("the body '{}' was open {}; a cap was added there", name, atEnd(end));
+        report.lost.push_back({offset, what, {}});
+      }
+    }
+  }
+  if (auto kept = writer->keep(salvage->optionalChunks()); !kept) return kept.error();
+  const auto addLost = [&](const formats::ChunkFile& /*file*/,
+                           const formats::ChunkHeader& header) -> Result<void> {
+    if (formats::isSafeToCopy(header.type)) return {};
+    formats::LostChunks lost;
+    lost.add(header);
+    report.lost.push_back({header.offset, lost.lines().front(), {}});
+    return {};
+  };
+  if (auto added = salvage->optionalChunks().each(addLost); !added) return added.error();
+  if (auto bytes = writer->finish(); !bytes) return bytes.error();
+  std::stable_sort(report.lost.begin(), report.lost.end(),
+                   [](const auto& a, const auto& b) { return a.offset < b.offset; });
+  auto validation = verbs::validate(output, {}, third(2));
+  if (!validation) return validation.error();
+  report.validation = std::move(*validation);
+  return report;
+}
+
+}  // namespace t4d::verbs

@@ -1,0 +1,311 @@
+#include "tools/verbs/simplify.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include "formats/t4d/writer.h"
+#include "measure/compare.h"
+#include "model/in_order.h"
+#include "model/source_part.h"
+#include "platform/stopwatch.h"
+#include "tools/verbs/json_text.h"
+#include "tools/verbs/time_scale.h"
+
+namespace t4d::verbs {
+namespace {
+
+using nlohmann::ordered_json;
+
+/// An error of less than this part of the size is lost in rounding.
+constexpr double kLeastError = 1e-12;
+
+/// Part of the diagonal of the bounds of a body that is its error without any wish.
+constexpr double kUsualError = 1e-3;
+
+double sizeOf(const model::Bounds3& bounds) {
+  return bounds.empty() ? 0 : (bounds.max - bounds.min).norm();
+}
+
+std::uint64_t cellsOf(const Input& input) {
+  std::uint64_t cells = 0;
+  if (!input.reader) return cells;
+  const auto& infos = input.reader->metadata().bodies;
+  for (std::size_t i = 0; i < infos.size(); ++i) {
+    if (std::ranges::find(input.bodies, infos[i].name, &model::Body::name) == input.bodies.end()) {
+      continue;
+    }
+    cells += input.reader->summary(i).tetrahedra;
+  }
+  return cells;
+}
+
+/// The options for all bodies.
+Result<edit::SimplifyOptions> optionsOf(const SimplifyOptions& wanted, const Input& input,
+                                        double timeScale) {
+  const auto bounds = boundsOf(input);
+  if (!bounds) return bounds.error();
+  const double size = sizeOf(*bounds);
+  edit::SimplifyOptions options;
+  options.timeScale = timeScale;
+  options.preserve = wanted.preserve;
+  options.windowSlabs = wanted.windowSlabs;
+  options.part = wanted.part;
+  options.ratio = wanted.ratio;
+  options.maxError = wanted.maxError;
+  if (wanted.cells) {
+    const auto cells = static_cast<double>(cellsOf(input));
+    options.ratio = std::min(1.0, static_cast<double>(*wanted.cells) / std::max(cells, 1.0));
+  }
+  if (!options.ratio && !options.maxError) options.maxError = kUsualError * size;
+  if (options.maxError && !(*options.maxError >= kLeastError * size)) {
+    return fail(ErrorCode::Options,
+                fmt::format("an error of {} is below what doubles can hold for a mesh of size "
+                            "{:.4g}; allow at least {:.2g}",
+                            *options.maxError, size, kLeastError * size));
+  }
+  return options;
+}
+
+/// The options for one body: without any wish, its error is of its own size, since a small body
+/// beside a large one would shrink to a few cells.
+Result<edit::SimplifyOptions> optionsFor(const model::Body& body, const SimplifyOptions& wanted,
+                                         edit::SimplifyOptions options, const Input& input) {
+  if (wanted.ratio || wanted.cells || wanted.maxError) return options;
+  Input alone = input;
+  alone.bodies = {body};
+  const auto bounds = boundsOf(alone);
+  if (!bounds) return bounds.error();
+  const double least = kLeastError / kUsualError * *options.maxError;
+  options.maxError = std::max(least, kUsualError * sizeOf(*bounds));
+  return options;
+}
+
+/// Says of bodies that are stored as poses what they lose.
+Result<void> noteSweeps(const Input& input, Observer& observer) {
+  for (const model::Body& body : input.bodies) {
+    const std::size_t slabs = body.source->slabCount();
+    if (slabs < 2) continue;
+    const auto slab = body.source->slab(1);
+    if (!slab) return slab.error();
+    if (!(*slab)->upperPose) continue;
+    observer.note(
+        fmt::format("body '{}' is swept: its file holds poses of one solid, and is small as it is; "
+                    "simplified, it loses the poses and the exact layers",
+                    body.name));
+  }
+  return {};
+}
+
+/// Says that a number of cells was not reached, and why.
+void noteGoal(const edit::SimplifyOptions& options, const edit::SimplifyReport& mesh,
+              Observer& observer) {
+  constexpr double kNearGoal = 1.02;
+  if (!options.ratio) return;
+  const double goal = *options.ratio * static_cast<double>(mesh.cellsBefore);
+  if (static_cast<double>(mesh.cells) <= kNearGoal * goal + 64) return;
+  observer.note(
+      fmt::format("ended at {} cells, not {:.0f}: any further collapse would {}change the "
+                  "topology, turn a cell "
+                  "over, make a needle, or move a layer between two windows",
+                  mesh.cells, goal, options.maxError ? "exceed the largest error, " : ""));
+}
+
+/// Says that a time scale was given that suits the mesh badly.
+void noteNeedles(const SimplifyOptions& wanted, const SimplifyReport& report, Observer& observer) {
+  constexpr double kNeedle = 1e-4;
+  const double height = report.heights(0).quantile(0.5);
+  if (!wanted.timeScale || height >= kNeedle) return;
+  observer.note(fmt::format(
+      "with {} as the length of a unit of time, half of the cells are needles, less "
+      "than {:.1g} of their longest edge high, and few can go; the mean normal speed of "
+      "the surface, the default, is a better scale",
+      *wanted.timeScale, height));
+}
+
+void add(const edit::SimplifyReport& body, edit::SimplifyReport& all) {
+  all.cellsBefore += body.cellsBefore;
+  all.cells += body.cells;
+  all.verticesBefore += body.verticesBefore;
+  all.vertices += body.vertices;
+  all.hypervolumeBefore += body.hypervolumeBefore;
+  all.hypervolume += body.hypervolume;
+  if (body.maxError) all.maxError = std::max(all.maxError.value_or(0), *body.maxError);
+  all.droppedAttributes.insert(body.droppedAttributes.begin(), body.droppedAttributes.end());
+}
+
+/// Writes the file; `before` are the slabs of each body that it replaces.
+Result<void> write(const Input& input, const edit::SimplifyOptions& options,
+                   const SimplifyOptions& wanted, SimplifyReport& report,
+                   std::vector<model::SourcePart>& before, Observer& observer) {
+  auto writer = formats::T4dWriter::create(wanted.output, metadataOf(input, wanted.generator),
+                                           {.compression = wanted.compression});
+  if (!writer) return writer.error();
+  const auto stage = observer.stage("simplifying", slabCountOf(input.bodies), "slabs");
+  for (std::size_t b = 0; b < input.bodies.size(); ++b) {
+    const model::Source& source = *input.bodies[b].source;
+    const auto own = optionsFor(input.bodies[b], wanted, options, input);
+    if (!own) return own.error();
+    const auto done =
+        edit::simplify(source, *own, writer->body(b), stage->part(source.slabCount()));
+    if (!done) return done.error();
+    add(*done, report.mesh);
+    before.emplace_back(source, done->slabs[0], done->slabs[1]);
+  }
+  const auto bytes = finishEdited(*writer, input);
+  if (!bytes) return bytes.error();
+  report.bytes = *bytes;
+  report.losses = writer->losses();
+  if (!report.mesh.droppedAttributes.empty()) {
+    report.losses.push_back(fmt::format("attributes that only some slabs have: {}",
+                                        fmt::join(report.mesh.droppedAttributes, ", ")));
+  }
+  return {};
+}
+
+/// The slices of both at a time, and their distance.
+Result<std::pair<SlicePair, double>> comparedAt(const Input& before, const Input& after,
+                                                double time, double tolerance) {
+  auto a = measure::solidAt(before.bodies, time);
+  if (!a) return a.error();
+  auto b = measure::solidAt(after.bodies, time);
+  if (!b) return b.error();
+  const double distance = measure::surfaceDistance(*a, *b, tolerance).hausdorff();
+  return std::pair(SlicePair{time, std::move(*a), std::move(*b)}, distance);
+}
+
+/// Compares slices of the file with those of the input, one time on each thread.
+Result<void> compareSlices(const Input& before, const Input& after, const SimplifyOptions& wanted,
+                           SimplifyReport& report, Observer& observer) {
+  constexpr double kTolerance = 1e-3;  // of the diagonal of two slices
+  const auto times = model::evenTimes(model::timeSpanOf(before.bodies), wanted.times);
+  const auto stage = observer.stage("comparing slices", times.size(), "slices");
+  const auto isKept = [&, pairs = std::min(wanted.pairs, times.size())](std::size_t at) {
+    for (std::size_t i = 0; i < pairs; ++i) {
+      if (at == (pairs == 1 ? 0 : i * (times.size() - 1) / (pairs - 1))) return true;
+    }
+    return false;
+  };
+  using Compared = std::shared_ptr<Result<std::pair<SlicePair, double>>>;
+  Result<void> done;
+  model::inOrder<std::size_t, Compared>(
+      times.size(), model::threadCount(), [](std::size_t i) { return i; },
+      [&](std::size_t i) {
+        return std::make_shared<Result<std::pair<SlicePair, double>>>(
+            comparedAt(before, after, times[i], kTolerance));
+      },
+      [&, i = std::size_t{0}](const Compared& compared) mutable {
+        if (!*compared) {
+          done = compared->error();
+          return false;
+        }
+        auto& [pair, distance] = **compared;
+        report.distances.push_back({pair.time, distance});
+        if (isKept(i++)) report.pairs.push_back(std::move(pair));
+        if (auto shown = stage->part(1)) shown(1);
+        return true;
+      });
+  if (!done) return done;
+  double sum = 0;
+  for (const auto& [time, distance] : report.distances) {
+    sum += distance;
+    if (distance <= report.measuredError) continue;
+    report.measuredError = distance;
+    report.measuredErrorTime = time;
+  }
+  report.meanError = times.empty() ? 0 : sum / static_cast<double>(times.size());
+  return {};
+}
+
+Result<void> measureCells(const Input& before, const Input& after, double timeScale,
+                          SimplifyReport& report, Observer& observer) {
+  const auto stage = observer.stage(
+      "measuring cells", slabCountOf(before.bodies) + slabCountOf(after.bodies), "slabs");
+  std::size_t which = 0;
+  for (const Input* input : {&before, &after}) {
+    auto quality = measure::measureQuality(input->bodies, {.timeScale = timeScale, .worst = 0},
+                                           stage->part(slabCountOf(input->bodies)));
+    if (!quality) return quality.error();
+    report.quality[which++] = std::move(*quality);
+  }
+  return {};
+}
+
+Result<SimplifyReport> simplifyAndMeasure(const Input& input, const SimplifyOptions& wanted,
+                                          Observer& observer) {
+  if (wanted.ratio && wanted.cells) {
+    return fail(ErrorCode::Options, "either a ratio or a number of cells can be given");
+  }
+  const auto scale = timeScaleOf(wanted.timeScale, input, observer);
+  if (!scale) return scale.error();
+  const auto options = optionsOf(wanted, input, scale->value);
+  if (!options) return options.error();
+  SimplifyReport report;
+  report.scaleReason = scale->reason;
+  report.bytesBefore = input.reader ? input.reader->fileBytes() : 0;
+  if (auto noted = noteSweeps(input, observer); !noted) return noted.error();
+  const platform::Stopwatch stopwatch;
+  std::vector<model::SourcePart> parts;
+  if (auto done = write(input, *options, wanted, report, parts, observer); !done) {
+    return done.error();
+  }
+  report.seconds = stopwatch.seconds();
+  noteGoal(*options, report.mesh, observer);
+  Input before = input;
+  for (std::size_t b = 0; b < parts.size(); ++b) before.bodies[b].source = &parts[b];
+  const auto after = openInput(wanted.output);
+  if (!after) return after.error();
+  if (auto done = compareSlices(before, *after, wanted, report, observer); !done) {
+    return done.error();
+  }
+  if (auto done = measureCells(before, *after, scale->value, report, observer); !done) {
+    return done.error();
+  }
+  noteNeedles(wanted, report, observer);
+  return report;
+}
+
+}  // namespace
+
+Result<SimplifyReport> simplify(const Input& input, const SimplifyOptions& options,
+                                Observer& observer) {
+  auto report = simplifyAndMeasure(input, options, observer);
+  if (!report) return inInput(report.error(), input);
+  return report;
+}
+
+measure::Distribution SimplifyReport::heights(std::size_t which) const {
+  const auto& all = measure::kQualityMeasures;
+  const auto height = std::ranges::find(all, "height", &measure::QualityMeasure::name);
+  return quality[which].all(height - all.begin());
+}
+
+std::string jsonOf(const SimplifyReport& report, std::uint64_t peakBytes) {
+  const edit::SimplifyReport& mesh = report.mesh;
+  ordered_json value = {{"cells_before", mesh.cellsBefore},
+                        {"cells", mesh.cells},
+                        {"vertices_before", mesh.verticesBefore},
+                        {"vertices", mesh.vertices},
+                        {"hypervolume_before", mesh.hypervolumeBefore},
+                        {"hypervolume", mesh.hypervolume},
+                        {"max_error", orNull(mesh.maxError)},
+                        {"measured_error", report.measuredError},
+                        {"measured_error_time", report.measuredErrorTime},
+                        {"mean_error", report.meanError},
+                        {"time_scale", report.quality[0].timeScale}};
+  for (const std::size_t which : {0, 1}) {
+    const measure::Distribution heights = report.heights(which);
+    value[which == 0 ? "height_before" : "height"] = {
+        {"min", heights.min()}, {"p01", heights.quantile(0.01)}, {"p50", heights.quantile(0.5)}};
+  }
+  value["bytes_before"] = report.bytesBefore;
+  value["bytes"] = report.bytes;
+  value["seconds"] = report.seconds;
+  value["peak_bytes"] = peakBytes;
+  return jsonText(value);
+}
+
+}  // namespace t4d::verbs

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "convert/frame_slices.h"
+#include "formats/triangle/triangle_mesh_writer.h"
+#include "tools/verbs/input.h"
+#include "tools/verbs/observer.h"
+#include "tools/verbs/painting.h"
+#include "tools/verbs/slice_write_options.h"
+
+/// What SliceWriteOptions mean for the folders that slice and write.
+namespace t4d::verbs {
+
+/// The given times of frames or, without any, 60 that are evenly spaced over the whole time.
+std::vector<double> timesOfFrames(const std::vector<double>& given, const Input& input);
+
+/// The velocities of frames, if they are needed; per time unit of the mesh if `timeUnits` is empty.
+std::optional<convert::FrameVelocity> frameVelocityOf(const SliceWriteOptions& options,
+                                                      std::vector<double> timeUnits);
+
+/// `bounds` are those of all vertices that are written.
+formats::GltfEncoding gltfEncodingOf(const SliceWriteOptions& options,
+                                     const model::Bounds3& bounds);
+
+/// How far a coordinate may be from its place; nothing if it is not quantized.
+std::optional<double> quantizationErrorOf(const formats::GltfEncoding& encoding);
+
+/// How frames are sliced and written.
+struct FrameLooks {
+  formats::MeshWriteOptions write = {};  ///< without a placement
+  std::optional<convert::FrameVelocity> velocity = {};
+  Painting painting = {};
+};
+
+/// `timeUnits` as frameVelocityOf takes it.
+Result<FrameLooks> frameLooksOf(const SliceWriteOptions& options, const Input& input,
+                                std::span<const double> times, slice::SliceDetail detail,
+                                std::vector<double> timeUnits, Observer& observer);
+
+/// Adds what the reports of frames say in the same words, from `light` to `quantization_error`.
+void addFrameMembers(nlohmann::ordered_json& value, const convert::FrameSlicesReport& written,
+                     bool hasVelocity, const std::optional<ColorRange>& colorRange,
+                     const std::optional<double>& quantizationError);
+
+/// That velocities per second of playback need two frames.
+Error oneFrameHasNoSpeed();
+
+}  // namespace t4d::verbs

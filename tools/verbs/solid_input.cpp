@@ -1,0 +1,78 @@
+#include "tools/verbs/solid_input.h"
+
+#include <filesystem>
+#include <set>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "formats/triangle/triangle_mesh_reader.h"
+#include "tools/verbs/mending.h"
+
+namespace t4d::verbs {
+namespace {
+
+formats::Keep keepOf(const SolidInput& input) {
+  return input.attributes ? formats::Keep::Attributes : formats::Keep::Shape;
+}
+
+Result<LoadedSolid> readOneBody(const SolidInput& input, Observer& observer) {
+  auto read = [&] {
+    const auto stage = observer.stage("reading " + input.path);
+    return formats::readTriangleMesh(input.path, keepOf(input));
+  }();
+  if (!read) return read.error();
+  LoadedSolid loaded;
+  observer.noteEach(read->notices);
+  loaded.materials = std::move(read->materials);
+  loaded.bodies.push_back(
+      {std::filesystem::path(input.path).stem().string(), std::move(read->mesh)});
+  loaded.losses = std::move(read->losses);
+  for (const auto& file : read->otherFiles) loaded.otherFiles.push_back(file.string());
+  return loaded;
+}
+
+Result<LoadedSolid> readDividedBodies(const SolidInput& input, Observer& observer) {
+  auto read = formats::readMeshBodies(input.path, *input.bodies, keepOf(input));
+  if (!read) return read.error();
+  LoadedSolid loaded;
+  observer.noteEach(read->notices);
+  loaded.bodies = std::move(read->bodies);
+  loaded.materials = std::move(read->materials);
+  return loaded;
+}
+
+}  // namespace
+
+Result<LoadedSolid> readSolidInput(const SolidInput& input, Observer& observer) {
+  const bool one = !input.bodies;
+  auto loaded = one ? readOneBody(input, observer) : readDividedBodies(input, observer);
+  if (!loaded || !input.mending) return loaded;
+  // Mended triangles have other vertices.
+  std::set<std::string> dropped;
+  for (formats::NamedMesh& body : loaded->bodies) {
+    for (const model::Attribute& attribute : body.mesh.attributes) dropped.insert(attribute.name);
+    body.mesh.attributes.clear();
+  }
+  if (!dropped.empty()) {
+    observer.note(fmt::format("attributes are not kept where a mesh is mended: {}",
+                              fmt::join(dropped, ", ")));
+  }
+  loaded->materials.clear();
+  std::vector<Error> errors;
+  for (formats::NamedMesh& body : loaded->bodies) {
+    const Place where = placeIn(input.path, one ? "" : fmt::format("body '{}'", body.name));
+    auto done = mendSolid(body.mesh, *input.mending, where, observer);
+    if (done) {
+      loaded->mended.push_back({one ? "" : body.name, std::move(*done)});
+    } else {
+      errors.push_back(std::move(done.error()));
+    }
+  }
+  if (!errors.empty()) return allErrors(std::move(errors));
+  for (std::string& loss : lossesOf(loaded->mended)) loaded->losses.push_back(std::move(loss));
+  return loaded;
+}
+
+}  // namespace t4d::verbs

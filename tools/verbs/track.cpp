@@ -1,0 +1,264 @@
+#include "tools/verbs/track.h"
+
+#include <algorithm>
+#include <array>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "formats/text/xml_text.h"
+#include "measure/derived_track.h"
+#include "tools/verbs/csv_field.h"
+#include "tools/verbs/json_text.h"
+
+namespace t4d::verbs {
+namespace {
+
+using measure::Track;
+using measure::TrackEvent;
+using measure::TrackEventKind;
+using measure::Tracks;
+using nlohmann::ordered_json;
+
+constexpr std::string_view kMesh = "mesh";
+
+std::string_view kindOf(const Track& track) { return track.cavity ? "cavity" : "solid"; }
+
+ordered_json coordinatesOf(const model::Point3& point) { return {point.x(), point.y(), point.z()}; }
+
+ordered_json idsOf(const BodyTracks& body, const std::vector<std::uint32_t>& tracks) {
+  ordered_json ids = ordered_json::array();
+  for (const std::uint32_t track : tracks) ids.push_back(body.firstId + track);
+  return ids;
+}
+
+std::string unitsOf(const TrackReport& report) {
+  return fmt::format(",{},{}\n", csvField(report.lengthUnit), csvField(report.timeUnit));
+}
+
+std::string placeText(const model::Point3& point) {
+  return fmt::format("{},{},{}", point.x(), point.y(), point.z());
+}
+
+/// Calls `work` with each body, the number of a track in it and the track.
+template <class Work>
+void forTracks(const TrackReport& report, Work work) {
+  for (const BodyTracks& body : report.bodies) {
+    for (std::uint32_t i = 0; i < body.tracks.tracks.size(); ++i) {
+      work(body, i, body.tracks.tracks[i]);
+    }
+  }
+}
+
+std::string dotText(std::string_view text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    if (static_cast<unsigned char>(c) >= 0x20) quoted += c;
+  }
+  return quoted + "\"";
+}
+
+}  // namespace
+
+std::string_view nameOf(TrackEventKind kind) {
+  constexpr std::array<std::string_view, 13> kNames = {
+      "appears",       "vanishes",       "splits",         "merges",          "rearranges",
+      "hole-opens",    "hole-closes",    "cavity-appears", "cavity-vanishes", "cavity-opens",
+      "cavity-closes", "cavities-split", "cavities-merge"};
+  return kNames[static_cast<std::size_t>(kind)];
+}
+
+std::string idText(const BodyTracks& body, const std::vector<std::uint32_t>& tracks) {
+  std::string text;
+  for (const std::uint32_t track : tracks) {
+    text += fmt::format("{}{}", text.empty() ? "" : " ", body.firstId + track);
+  }
+  return text;
+}
+
+std::string_view beginOf(const Tracks& tracks, const Track& track) {
+  if (track.beginsWithMesh) return kMesh;
+  if (track.from.empty()) return nameOf(TrackEventKind::Appears);
+  return nameOf(measure::trackKindOf(track.from.size(), tracks.tracks[track.from[0]].into.size()));
+}
+
+std::string_view endOf(const Tracks& tracks, const Track& track) {
+  if (track.endsWithMesh) return kMesh;
+  if (track.into.empty()) return nameOf(TrackEventKind::Vanishes);
+  return nameOf(measure::trackKindOf(tracks.tracks[track.into[0]].from.size(), track.into.size()));
+}
+
+Result<TrackReport> track(const Input& input, const measure::TrackOptions& options,
+                          Observer& observer) {
+  TrackReport report{{}, input.metadata.lengthUnit, input.metadata.timeUnit};
+  // A body need not exist at all times, but some body must.
+  const model::TimeSpan span = model::timeSpanOf(input.bodies);
+  for (const double time : options.times) {
+    if (model::timeWithin(span, time)) continue;
+    return inInput(invalid(fmt::format("time {} is outside the mesh, which lasts from {} to {}",
+                                       time, span.begin, span.end)),
+                   input);
+  }
+  const auto stage = observer.stage("tracking", slabCountOf(input.bodies), "slabs");
+  std::uint64_t next = 1;
+  for (const model::Body& body : input.bodies) {
+    measure::TrackOptions own = options;
+    std::erase_if(own.times, [&](double time) { return !model::timeWithin(*body.source, time); });
+    auto tracks = measure::tracksOf(*body.source, own, stage->part(body.source->slabCount()));
+    if (!tracks) return inInput(tracks.error(), input);
+    const std::uint64_t count = tracks->tracks.size();
+    report.prunedTracks += tracks->prunedTracks;
+    report.prunedEvents += tracks->prunedEvents;
+    report.bodies.push_back({body.name, next, std::move(*tracks)});
+    next += count;
+  }
+  return report;
+}
+
+std::string tracksCsv(const TrackReport& report) {
+  std::string csv =
+      "track,body,kind,begin,end,begins,ends,from,into,largest_volume,length_unit,time_unit\n";
+  const std::string units = unitsOf(report);
+  forTracks(report, [&](const BodyTracks& body, std::uint32_t i, const Track& track) {
+    csv += fmt::format("{},{},{},{},{},{},{},{},{},{}", body.firstId + i, csvField(body.name),
+                       kindOf(track), track.begin, track.end, beginOf(body.tracks, track),
+                       endOf(body.tracks, track), idText(body, track.from),
+                       idText(body, track.into), track.largestVolume) +
+           units;
+  });
+  return csv;
+}
+
+std::string eventsCsv(const TrackReport& report) {
+  std::string csv = "time,event,body,x,y,z,before,after,count,euler,length_unit,time_unit\n";
+  const std::string units = unitsOf(report);
+  for (const BodyTracks& body : report.bodies) {
+    for (const TrackEvent& event : body.tracks.events) {
+      csv += fmt::format("{},{},{},{},{},{},{},{}", event.time, nameOf(event.kind),
+                         csvField(body.name), placeText(event.place), idText(body, event.before),
+                         idText(body, event.after), event.count, event.euler) +
+             units;
+    }
+  }
+  return csv;
+}
+
+std::string samplesCsv(const TrackReport& report) {
+  std::string csv =
+      "track,body,time,volume,area,cx,cy,cz,speed,genus,cavities,min_x,min_y,min_z,max_x,max_y,"
+      "max_z,length_unit,time_unit\n";
+  const std::string units = unitsOf(report);
+  forTracks(report, [&](const BodyTracks& body, std::uint32_t i, const Track& track) {
+    for (const measure::TrackSample& sample : track.samples) {
+      const measure::SolidMeasures& one = sample.measures;
+      csv += fmt::format("{},{},{},{},{},{},{},{},{},{},{}", body.firstId + i, csvField(body.name),
+                         one.time, one.volume, one.area, placeText(one.centroid),
+                         sample.speed ? fmt::format("{}", *sample.speed) : "", one.genus,
+                         one.cavities, placeText(one.bounds.min), placeText(one.bounds.max)) +
+             units;
+    }
+  });
+  return csv;
+}
+
+std::string graphMl(const TrackReport& report) {
+  std::string text =
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+      "<graphml xmlns=\"http://graphml.graphdrawing.org/xmlns\">\n"
+      "<key id=\"body\" for=\"node\" attr.name=\"body\" attr.type=\"string\"/>\n"
+      "<key id=\"kind\" for=\"node\" attr.name=\"kind\" attr.type=\"string\"/>\n"
+      "<key id=\"begin\" for=\"node\" attr.name=\"begin\" attr.type=\"double\"/>\n"
+      "<key id=\"end\" for=\"node\" attr.name=\"end\" attr.type=\"double\"/>\n"
+      "<key id=\"begins\" for=\"node\" attr.name=\"begins\" attr.type=\"string\"/>\n"
+      "<key id=\"ends\" for=\"node\" attr.name=\"ends\" attr.type=\"string\"/>\n"
+      "<key id=\"volume\" for=\"node\" attr.name=\"largest_volume\" attr.type=\"double\"/>\n"
+      "<key id=\"time\" for=\"edge\" attr.name=\"time\" attr.type=\"double\"/>\n"
+      "<key id=\"event\" for=\"edge\" attr.name=\"event\" attr.type=\"string\"/>\n"
+      "<graph edgedefault=\"directed\">\n";
+  forTracks(report, [&](const BodyTracks& body, std::uint32_t i, const Track& track) {
+    text += fmt::format(
+        "<node id=\"{}\"><data key=\"body\">{}</data><data key=\"kind\">{}</data>"
+        "<data key=\"begin\">{}</data><data key=\"end\">{}</data><data key=\"begins\">{}</data>"
+        "<data key=\"ends\">{}</data><data key=\"volume\">{}</data></node>\n",
+        body.firstId + i, formats::xmlEscaped(body.name), kindOf(track), track.begin, track.end,
+        beginOf(body.tracks, track), endOf(body.tracks, track), track.largestVolume);
+  });
+  forTracks(report, [&](const BodyTracks& body, std::uint32_t i, const Track& track) {
+    for (const std::uint32_t into : track.into) {
+      text += fmt::format(
+          "<edge source=\"{}\" target=\"{}\"><data key=\"time\">{}</data>"
+          "<data key=\"event\">{}</data></edge>\n",
+          body.firstId + i, body.firstId + into, track.end, endOf(body.tracks, track));
+    }
+  });
+  return text + "</graph>\n</graphml>\n";
+}
+
+std::string dotGraph(const TrackReport& report) {
+  std::string text = "digraph tracks {\n  rankdir=LR;\n  node [shape=box];\n";
+  forTracks(report, [&](const BodyTracks& body, std::uint32_t i, const Track& track) {
+    const std::string name = body.name.empty() ? "" : " " + body.name;
+    text += fmt::format("  {} [label={}];\n", body.firstId + i,
+                        dotText(fmt::format("{}{} {:.6g} to {:.6g}", body.firstId + i, name,
+                                            track.begin, track.end)));
+  });
+  forTracks(report, [&](const BodyTracks& body, std::uint32_t i, const Track& track) {
+    for (const std::uint32_t into : track.into) {
+      text += fmt::format("  {} -> {} [label={}];\n", body.firstId + i, body.firstId + into,
+                          dotText(endOf(body.tracks, track)));
+    }
+  });
+  return text + "}\n";
+}
+
+std::string jsonOf(const TrackReport& report) {
+  ordered_json tracks = ordered_json::array();
+  ordered_json events = ordered_json::array();
+  forTracks(report, [&](const BodyTracks& body, std::uint32_t i, const Track& track) {
+    ordered_json samples = ordered_json::array();
+    for (const measure::TrackSample& sample : track.samples) {
+      const measure::SolidMeasures& one = sample.measures;
+      samples.push_back({{"time", one.time},
+                         {"volume", one.volume},
+                         {"area", one.area},
+                         {"centroid", coordinatesOf(one.centroid)},
+                         {"speed", orNull(sample.speed)},
+                         {"genus", one.genus},
+                         {"cavities", one.cavities},
+                         {"min", coordinatesOf(one.bounds.min)},
+                         {"max", coordinatesOf(one.bounds.max)}});
+    }
+    tracks.push_back({{"id", body.firstId + i},
+                      {"body", body.name},
+                      {"kind", kindOf(track)},
+                      {"begin", track.begin},
+                      {"end", track.end},
+                      {"begins", beginOf(body.tracks, track)},
+                      {"ends", endOf(body.tracks, track)},
+                      {"from", idsOf(body, track.from)},
+                      {"into", idsOf(body, track.into)},
+                      {"largest_volume", track.largestVolume},
+                      {"samples", std::move(samples)}});
+  });
+  for (const BodyTracks& body : report.bodies) {
+    for (const TrackEvent& event : body.tracks.events) {
+      events.push_back({{"time", event.time},
+                        {"event", nameOf(event.kind)},
+                        {"body", body.name},
+                        {"place", coordinatesOf(event.place)},
+                        {"before", idsOf(body, event.before)},
+                        {"after", idsOf(body, event.after)},
+                        {"count", event.count},
+                        {"euler", event.euler}});
+    }
+  }
+  return jsonText({{"length_unit", report.lengthUnit},
+                   {"time_unit", report.timeUnit},
+                   {"tracks", std::move(tracks)},
+                   {"events", std::move(events)},
+                   {"pruned_tracks", report.prunedTracks},
+                   {"pruned_events", report.prunedEvents}});
+}
+
+}  // namespace t4d::verbs

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "measure/tracks.h"
+#include "tools/verbs/input.h"
+#include "tools/verbs/observer.h"
+
+namespace t4d::verbs {
+
+/// The tracks of one body.
+struct BodyTracks {
+  std::string name;
+  std::uint64_t firstId = 1;  ///< the id of its first track; ids go on from body to body
+  measure::Tracks tracks;
+};
+
+struct TrackReport {
+  std::vector<BodyTracks> bodies;
+  std::string lengthUnit;  ///< "" if unknown
+  std::string timeUnit;
+  std::uint64_t prunedTracks = 0;  ///< of all bodies
+  std::uint64_t prunedEvents = 0;
+};
+
+/// Tracks the components of each body (measure::tracksOf).
+Result<TrackReport> track(const Input& input, const measure::TrackOptions& options = {},
+                          Observer& observer = nobody());
+
+/// The name of a kind of event: appears, vanishes, splits, merges, rearranges, hole-opens,
+/// hole-closes, cavity-appears, cavity-vanishes, cavity-opens, cavity-closes, cavities-split or
+/// cavities-merge.
+std::string_view nameOf(measure::TrackEventKind kind);
+
+/// The ids of tracks of a body, with blanks between them.
+std::string idText(const BodyTracks& body, const std::vector<std::uint32_t>& tracks);
+
+/// How a track begins: mesh, or the name of an event of tracks. How it ends, alike.
+std::string_view beginOf(const measure::Tracks& tracks, const measure::Track& track);
+std::string_view endOf(const measure::Tracks& tracks, const measure::Track& track);
+
+/// A row for each track:
+/// track,body,kind,begin,end,begins,ends,from,into,largest_volume,length_unit, time_unit. Ids of
+/// several tracks have blanks between them.
+std::string tracksCsv(const TrackReport& report);
+/// A row for each event: time,event,body,x,y,z,before,after,count,euler,length_unit,time_unit.
+std::string eventsCsv(const TrackReport& report);
+/// A row for each track at each time: track,body,time,volume,area,cx,cy,cz,speed,genus,cavities,
+/// min_x,min_y,min_z,max_x,max_y,max_z,length_unit,time_unit.
+std::string samplesCsv(const TrackReport& report);
+
+/// A directed graph with a node for each track and an edge from each to those that it goes into.
+std::string graphMl(const TrackReport& report);
+std::string dotGraph(const TrackReport& report);
+
+/// The report as JSON (docs/schemas/track.schema.json).
+std::string jsonOf(const TrackReport& report);
+
+}  // namespace t4d::verbs

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "formats/t4d/summary.h"
+#include "model/part.h"
+#include "tools/verbs/validate.h"
+
+/// Validating a file in parts, each by another process. A part reads its slabs and the one before
+/// them, checks the layer between, and reports sums without rounding; the first part also checks
+/// every byte of the file. What all parts found together is what `validate` finds.
+namespace t4d::verbs {
+
+struct PartValidation {
+  struct Body {
+    std::string name;
+    measure::PartOfMesh part;
+    formats::BodySummary said;  ///< in the file, of the whole body
+  };
+  /// As far as the file can be read.
+  std::vector<Body> bodies;
+  std::optional<measure::Issue> damage;  ///< why there are no more bodies
+  bool beforeAll = false;                ///< the damage was found before any slab was read
+};
+
+/// Fails (Options) if there are more parts than slabs, and as `validate` does.
+Result<PartValidation> validatePart(const std::filesystem::path& path,
+                                    const measure::CheckOptions& options, const model::Part& part,
+                                    const model::Progress& progress = {},
+                                    std::optional<std::uint64_t> maxCells = {});
+
+/// What one part has found.
+Validation validationOf(const PartValidation& part);
+/// What all parts have found, in order.
+Result<Validation> joinedValidation(const std::vector<PartValidation>& parts);
+
+nlohmann::ordered_json jsonOf(const Validation& validation, bool deep);
+/// A part without loss, and back; nothing if that is not such a part.
+nlohmann::ordered_json stateOf(const PartValidation& part);
+std::optional<PartValidation> partValidationOf(const nlohmann::ordered_json& state);
+
+}  // namespace t4d::verbs

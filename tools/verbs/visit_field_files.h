@@ -1,0 +1,34 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "measure/visit_fields.h"
+#include "model/part.h"
+#include "tools/verbs/envelope.h"
+
+namespace t4d::verbs {
+
+/// What the fields of one run are made of.
+struct VisitFieldWork {
+  measure::SpaceLattice lattice;  ///< of all parts
+  model::Part part = {};
+  /// What tells the parts of this run from others; empty for the whole fields.
+  std::map<std::string, std::string> run = {};
+  /// Puts the motion into a sink.
+  std::function<Result<void>(model::Sink&)> put = {};
+};
+
+/// Fails if the fields of a part need more memory than that, in bytes: with
+/// Remedy::VoxelSizeOrParts.
+Result<void> checkFieldMemory(const measure::SpaceLattice& lattice, const model::Part& part,
+                              double memory);
+
+/// Writes the fields that are asked for. Of a part, only its points are worked on.
+Result<std::vector<WrittenField>> writeVisitFields(const VisitFieldFiles& files,
+                                                   const VisitFieldWork& work,
+                                                   Observer& observer = nobody());
+
+}  // namespace t4d::verbs

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "model/part.h"
+#include "model/times.h"
+#include "tools/verbs/observer.h"
+#include "voxel4d/voxelize.h"
+
+namespace t4d::verbs {
+
+/// How a solid is written as a time series of .vdb files.
+struct VoxelSeriesOptions {
+  std::vector<double> times = {};  ///< of the frames, increasing
+  double voxelSize = 1;            ///< as voxel4d::VoxelizeOptions::voxelSize
+  bool mask = false;               ///< as voxel4d::VoxelizeOptions::mask
+  model::Part part = {};           ///< as voxel4d::VoxelizeOptions::part
+  std::string folder = {};         ///< for frame_0000.vdb, ...; created if missing
+  std::string name = {};           ///< of the solid: where errors are that name no other place
+  /// As voxel4d::writeVoxelFrames takes it.
+  std::function<Result<void>()> beforeRenaming = {};
+};
+
+struct VoxelSeriesReport {
+  voxel4d::VoxelSeries series;
+  model::TimeSpan time = {};  ///< of the first and the last frame that is written
+  double seconds = 0;
+  std::vector<std::string> notices = {};
+};
+
+/// Writes the frames (voxel4d::writeVoxelFrames). Fails as that does, and (Options) if there are
+/// fewer times than parts.
+Result<VoxelSeriesReport> writeVoxelSeries(const voxel4d::SolidAtTime& solid,
+                                           const VoxelSeriesOptions& options,
+                                           Observer& observer = nobody());
+
+/// Adds a notice if frames have no point inside.
+void noticeEmptyFrames(const voxel4d::VoxelSeries& series, std::vector<std::string>& notices);
+
+/// The report as JSON (docs/schemas/voxelize.schema.json), with the memory that it took.
+std::string jsonOf(const VoxelSeriesReport& report, std::uint64_t peakBytes);
+
+}  // namespace t4d::verbs

@@ -1,0 +1,15 @@
+#pragma once
+
+#include "model/motion.h"
+#include "model/triangle_mesh.h"
+#include "tools/verbs/voxel_series.h"
+
+namespace t4d::verbs {
+
+/// Writes a closed triangle mesh that moves as a time series of .vdb files, at times such as those
+/// of motionFrameTimes. Fails as writeVoxelSeries does.
+Result<VoxelSeriesReport> voxelize(model::TriangleMesh mesh, model::Motion motion,
+                                   const VoxelSeriesOptions& options,
+                                   Observer& observer = nobody());
+
+}  // namespace t4d::verbs

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "model/part.h"
+#include "tools/verbs/observer.h"
+#include "tools/verbs/t4d_file.h"
+#include "tools/verbs/weave_input.h"
+#include "voxel4d/weave.h"
+
+namespace t4d::verbs {
+
+struct WeaveOptions {
+  voxel4d::CapStyle caps = voxel4d::CapStyle::Flat;
+  voxel4d::Between between = voxel4d::Between::Distance;
+  model::Part part = {};        ///< as voxel4d::WeaveOptions::part
+  std::string lengthUnit = {};  ///< "" for that of the frames
+  std::string timeUnit = {};    ///< "" for that of the frames
+  /// The file to write. Its body is named after the input; of several labels, "label N", where the
+  /// name of the options takes the place of "label". Not centred if it is a part.
+  T4dFileOptions output = {};
+};
+
+struct WeaveReport {
+  /// Of all bodies together. A frame is counted in one part.
+  voxel4d::WeaveReport woven;
+  std::uint64_t framesInBetween = 0;  ///< of the frames, those that velocities make
+  std::uint64_t bytes = 0;            ///< of the file
+  double seconds = 0;                 ///< with opening the frames
+  std::string space;                  ///< as voxel4d::VolumeFrames::space
+  std::string unsized;                ///< as voxel4d::VolumeFrames::unsized
+  std::string assumedAxes;            ///< as voxel4d::VolumeFrames::assumedAxes
+  std::string lengthUnit;             ///< of the mesh
+  std::string timeUnit;
+  bool oneApart = false;             ///< as voxel4d::FrameSource::isOneApart
+  bool takenAsDistances = false;     ///< as voxel4d::VolumeFrames::takenAsDistances
+  std::vector<std::string> notices;  ///< of the frames and the files
+  std::vector<std::string> losses;
+};
+
+/// Weaves frames into a 4D mesh (voxel4d::weave) and writes the .t4d. Fails as voxel4d::weave does,
+/// after notes of what was found in meshes; and (Options) for a file to write that is one of
+/// those that were read, and for a part that is centred.
+Result<WeaveReport> weave(WeaveInput input, const WeaveOptions& options,
+                          Observer& observer = nobody());
+
+/// The report as JSON (docs/schemas/weave.schema.json), with the memory that it took.
+std::string jsonOf(const WeaveReport& report, std::uint64_t peakBytes);
+
+}  // namespace t4d::verbs
