@@ -8,7 +8,7 @@ namespace t4d::tools {
 
 /// addSweep, addSlice, ...: one for each line of the table of verbs in CMakeLists.txt.
 #define T4D_VERB(Name) void add##Name(CLI::App& app, int& exitCode);
-#include "tools/tools/verbs.inc"
+#include "tools/t4d/verbs.inc"
 #undef T4D_VERB
 
 /// Adds all verbs in the order of the table.

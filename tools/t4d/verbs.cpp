@@ -10,7 +10,7 @@
 namespace t4d::tools {
 void addVerbs(CLI::App& app, int& exitCode) {
 #define T4D_VERB(Name) add##Name(app, exitCode);
-#include "tools/tools/verbs.inc"
+#include "tools/t4d/verbs.inc"
 #undef T4D_VERB
   for (CLI::App* verb : app.get_subcommands(nullptr)) addCommonOptions(*verb);
 }
