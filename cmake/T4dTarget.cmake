@@ -23,31 +23,15 @@ if(T4D_BUILD_TESTS OR "formats" IN_LIST T4D_ENABLED_COMPONENTS OR "voxel4d" IN_L
   find_package(nlohmann_json REQUIRED)
 endif()
 
-# The headers that are installed: those that t4d/t4d.h includes, and what they include in turn.
-set(T4D_INSTALLED_HEADERS t4d/t4d.h)
-set(headers ${T4D_INSTALLED_HEADERS})
-while(headers)
-  list(POP_FRONT headers header)
-  if(header MATCHES "^t4d/")
-    string(PREPEND header include/)
-  endif()
-  set_property(DIRECTORY ${PROJECT_SOURCE_DIR} APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${header})
-  file(STRINGS ${PROJECT_SOURCE_DIR}/${header} lines REGEX "^#include \"")
-  foreach(line IN LISTS lines)
-    string(REGEX REPLACE ".*\"(.*)\".*" "\\1" included "${line}")
-    if(NOT included IN_LIST T4D_INSTALLED_HEADERS)
-      list(APPEND T4D_INSTALLED_HEADERS ${included})
-      list(APPEND headers ${included})
-    endif()
-  endforeach()
-endwhile()
+# The public interface: all of it comes with t4d::model, whichever components are built.
+file(GLOB T4D_PUBLIC_HEADERS CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/include/t4d/*.h)
 
 # t4d_add_library(<folder> SOURCES ... [PUBLIC ...] [PRIVATE ...] [BUILD_ONLY ...]
 #                 [PRECOMPILED <set>] [EACH_ALONE])
 #
 # One library per folder, with the alias t4d::<folder>; static, or with BUILD_SHARED_LIBS
-# shared, of which every minor version has its own name. Its headers are included as
-# "<folder>/<name>.h", and installed below t4d/. BUILD_ONLY are header-only
+# shared, of which every minor version has its own name. Its own headers, included as
+# "<folder>/<name>.h", are not installed. BUILD_ONLY are header-only
 # libraries that users of the installed package do not need. With EACH_ALONE the sources are not
 # compiled together.
 function(t4d_add_library folder)
@@ -57,16 +41,11 @@ function(t4d_add_library folder)
   add_library(t4d::${folder} ALIAS ${target})
   set(needs ${t4d_${folder}_NEEDS})
   list(TRANSFORM needs PREPEND t4d::)
-  set(headers ${T4D_INSTALLED_HEADERS})
-  list(FILTER headers INCLUDE REGEX "^(tools/)?${folder}/")
-  list(TRANSFORM headers PREPEND ${PROJECT_SOURCE_DIR}/)
-  target_sources(${target} PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR} FILES ${headers})
   if(folder STREQUAL "model")
-    set(headers ${T4D_INSTALLED_HEADERS})
-    list(FILTER headers INCLUDE REGEX "^t4d/")
-    list(TRANSFORM headers PREPEND ${PROJECT_SOURCE_DIR}/include/)
-    target_sources(${target} PUBLIC FILE_SET public TYPE HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR}/include FILES ${headers})
+    target_sources(${target} PUBLIC FILE_SET HEADERS
+      BASE_DIRS ${PROJECT_SOURCE_DIR}/include FILES ${T4D_PUBLIC_HEADERS})
   endif()
+  target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR})
   target_link_libraries(${target} PUBLIC ${needs} ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
   foreach(library IN LISTS ARG_BUILD_ONLY)
     target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:${library}>)
@@ -92,12 +71,7 @@ function(t4d_add_library folder)
     t4d_compile_together(${target})
   endif()
   if(T4D_INSTALL)
-    set(public)
-    if(folder STREQUAL "model")
-      set(public FILE_SET public)
-    endif()
-    install(TARGETS ${target} EXPORT t4d-${folder}
-      FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/t4d ${public})
+    install(TARGETS ${target} EXPORT t4d-${folder} FILE_SET HEADERS)
     install(EXPORT t4d-${folder} NAMESPACE t4d:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/t4d)
   endif()
 endfunction()

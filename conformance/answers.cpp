@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "platform/crc32c.h"
-#include "slice/slice.h"
+#include "t4d/slice.h"
 
 namespace t4d::conformance {
 namespace {

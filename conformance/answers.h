@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "formats/t4d/reader.h"
-#include "slice/hyperplane.h"
+#include "t4d/file.h"
+#include "t4d/slice.h"
 
 /// The answer a reader under test must give for a file, with tolerances (formats/t4d/SPEC.md,
 /// appendix "a reader under test").

@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 
 #include "conformance/corpus/shapes.h"
-#include "formats/t4d/writer.h"
 #include "platform/crc32c.h"
+#include "t4d/file.h"
 #include "tests/paths.h"
 
 namespace t4d::conformance {

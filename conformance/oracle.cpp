@@ -1,17 +1,16 @@
-#include "conformance/oracle.h"
-
 #include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
 
-#include "edit/resolve.h"
-#include "measure/collide.h"
-#include "measure/mesh_quality.h"
-#include "measure/silhouette.h"
 #include "measure/surface_genus.h"
-#include "model/sinks.h"
-#include "slice/slice.h"
+#include "t4d/check.h"
+#include "t4d/collide.h"
+#include "t4d/conformance.h"
+#include "t4d/edit.h"
+#include "t4d/envelope.h"
+#include "t4d/mesh.h"
+#include "t4d/slice.h"
 
 namespace t4d::conformance {
 namespace {

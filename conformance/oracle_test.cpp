@@ -1,5 +1,3 @@
-#include "conformance/oracle.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,7 +9,8 @@
 #include "conformance/backends/own_backends.h"
 #include "fixtures/solids.h"
 #include "measure/surface_genus.h"
-#include "mesh4d/sweep.h"
+#include "t4d/conformance.h"
+#include "t4d/sweep.h"
 
 /// The oracle passes a correct mesh, and detects meshes that were broken on purpose.
 namespace t4d::conformance {

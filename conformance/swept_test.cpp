@@ -7,12 +7,13 @@
 
 #include "fixtures/motions.h"
 #include "fixtures/solids.h"
-#include "formats/motion/motion_reader.h"
-#include "formats/triangle/triangle_mesh_reader.h"
-#include "measure/mesh_check.h"
 #include "measure/triangle_tree.h"
-#include "mesh4d/sweep.h"
-#include "slice/slice.h"
+#include "mesh4d/steps.h"
+#include "t4d/check.h"
+#include "t4d/motion.h"
+#include "t4d/slice.h"
+#include "t4d/surface.h"
+#include "t4d/sweep.h"
 #include "tests/paths.h"
 
 /// Theorems for every swept solid, whatever the mesh and the motion: the slice volumes of

@@ -5,12 +5,12 @@
 
 #include <gtest/gtest.h>
 
-#include "convert/flipbook.h"
 #include "fixtures/fields.h"
-#include "measure/mesh_check.h"
-#include "slice/slice.h"
+#include "t4d/check.h"
+#include "t4d/convert.h"
+#include "t4d/slice.h"
+#include "t4d/weave.h"
 #include "voxel4d/sampled_frames.h"
-#include "voxel4d/weave.h"
 
 /// Properties of every solid woven from voxels: closed whatever happens to its topology, slices of
 /// the right topology, volumes that converge.

@@ -6,9 +6,8 @@
 #include <span>
 #include <string>
 
-#include "convert/frame_slices.h"
-#include "model/body.h"
-#include "model/sinks.h"
+#include "t4d/convert.h"
+#include "t4d/mesh.h"
 
 namespace t4d::convert {
 

@@ -5,9 +5,10 @@
 
 #include <gtest/gtest.h>
 
+#include "convert/frame_slices.h"
 #include "fixtures/solids.h"
 #include "formats/triangle/written_mesh.h"
-#include "mesh4d/sweep.h"
+#include "t4d/sweep.h"
 
 namespace t4d::convert {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "slice/light_slice.h"
+#include "t4d/slice.h"
 
 namespace t4d::convert {
 namespace {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "convert/flipbook.h"
+#include "t4d/convert.h"
 
 namespace t4d::convert {
 

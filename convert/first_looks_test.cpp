@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 
 #include "fixtures/solids.h"
-#include "mesh4d/sweep.h"
+#include "t4d/sweep.h"
 
 namespace t4d::convert {
 namespace {

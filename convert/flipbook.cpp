@@ -5,7 +5,10 @@
 
 #include <fmt/format.h>
 
+#include "convert/frame_slices.h"
+#include "formats/gltf/gltf_writer.h"
 #include "formats/usd/usd_writer.h"
+#include "t4d/convert.h"
 
 namespace t4d::convert {
 namespace {

@@ -1,12 +1,12 @@
-#include "convert/flipbook.h"
-
 #include <cstring>
 
 #include <gtest/gtest.h>
 
+#include "convert/frame_slices.h"
 #include "fixtures/solids.h"
-#include "mesh4d/sweep.h"
 #include "platform/test_folder.h"
+#include "t4d/convert.h"
+#include "t4d/sweep.h"
 
 namespace t4d::convert {
 namespace {

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "convert/frame_slices.h"
 #include "formats/file_extension.h"
 #include "formats/input_file.h"
 #include "formats/output_folder.h"

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "convert/frame_slices.h"
-#include "formats/triangle/triangle_mesh_writer.h"
-#include "model/body.h"
-#include "model/part.h"
+#include "t4d/convert.h"
+#include "t4d/mesh.h"
+#include "t4d/surface.h"
 
 namespace t4d::convert {
 

@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "fixtures/solids.h"
-#include "formats/triangle/triangle_mesh_reader.h"
-#include "mesh4d/sweep.h"
 #include "platform/test_folder.h"
+#include "t4d/surface.h"
+#include "t4d/sweep.h"
 
 namespace t4d::convert {
 namespace {

@@ -8,6 +8,7 @@
 
 #include "model/in_order.h"
 #include "slice/velocity.h"
+#include "t4d/convert.h"
 
 namespace t4d::convert {
 namespace {

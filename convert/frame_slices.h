@@ -1,35 +1,15 @@
 #pragma once
 
-#include <cstdint>
-#include <filesystem>
+#include <cstddef>
 #include <functional>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "formats/triangle/triangle_mesh_writer.h"
-#include "model/body.h"
-#include "slice/light_slice.h"
+#include "t4d/convert.h"
 
 namespace t4d::convert {
-
-/// Colours the mesh of a body at a time. The mesh has the name of the body and the attributes of
-/// its slice.
-using Paint = std::function<void(formats::NamedMesh& mesh, double time)>;
-
-/// Options for the velocities of frames (slice::addVelocity).
-struct FrameVelocity {
-  double most = std::numeric_limits<double>::infinity();  ///< VelocityOptions::most
-  /// VelocityOptions::timeUnits for each frame (playbackRates); 1 for all frames if empty.
-  std::vector<double> timeUnits = {};
-  bool write = true;  ///< if false, velocities are only for `paint`
-};
-
-/// The number of time units of the mesh per second of playback, at each frame of `times`, measured
-/// from the previous frame to the next. `times` has at least two elements.
-std::vector<double> playbackRates(std::span<const double> times, double framesPerSecond);
 
 /// How frames are sliced and coloured.
 struct FrameSlicing {
@@ -46,20 +26,6 @@ void dropAttributes(const FrameSlicing& slicing, model::TriangleMesh& mesh);
 
 /// Appends the lines that are not there yet.
 void addNewLines(std::span<const std::string> lines, std::vector<std::string>& to);
-
-struct FrameSlicesReport {
-  std::uint64_t frames = 0;
-  std::uint64_t triangles = 0;  ///< in all frames together
-  /// Whether all slices are light (slice::SliceDetail::Light).
-  bool light = false;
-  /// The largest distance of a light slice from the exact one; 0 if all slices are exact.
-  double distance = 0;
-  double maxSpeed = 0;                       ///< largest speed in all frames, as written
-  std::uint64_t clamped = 0;                 ///< vertices in all frames together
-  std::vector<std::string> notices;          ///< bodies with exact slices where light was requested
-  std::vector<std::string> losses;           ///< of attributes
-  std::vector<std::filesystem::path> files;  ///< of a flipbook, in order
-};
 
 /// The first check of forEachFrame. Fails if no body has a slab, if there are no times, and if a
 /// time is before or after all bodies.

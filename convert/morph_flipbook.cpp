@@ -1,5 +1,3 @@
-#include "convert/morph_flipbook.h"
-
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -9,11 +7,14 @@
 #include <fmt/format.h>
 
 #include "convert/first_looks.h"
+#include "convert/flipbook.h"
+#include "convert/frame_slices.h"
 #include "convert/prism_steps.h"
 #include "convert/shown_times.h"
 #include "formats/gltf/gltf_morph_writer.h"
 #include "formats/usd/usd_writer.h"
 #include "model/progress.h"
+#include "t4d/convert.h"
 
 namespace t4d::convert {
 namespace {

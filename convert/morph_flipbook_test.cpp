@@ -1,13 +1,12 @@
-#include "convert/morph_flipbook.h"
-
 #include <random>
 
 #include <gtest/gtest.h>
 
 #include "fixtures/solids.h"
 #include "formats/gltf/gltf_animation.h"
-#include "mesh4d/sweep.h"
 #include "platform/test_folder.h"
+#include "t4d/convert.h"
+#include "t4d/sweep.h"
 
 namespace t4d::convert {
 namespace {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "model/sinks.h"
-#include "model/triangle_mesh.h"
+#include "t4d/mesh.h"
+#include "t4d/surface.h"
 
 namespace t4d::convert {
 

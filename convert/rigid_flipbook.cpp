@@ -7,11 +7,14 @@
 #include <fmt/format.h>
 
 #include "convert/first_looks.h"
+#include "convert/flipbook.h"
+#include "convert/frame_slices.h"
 #include "convert/prism_steps.h"
 #include "convert/shown_times.h"
 #include "formats/gltf/gltf_rigid_writer.h"
 #include "formats/usd/usd_writer.h"
 #include "model/progress.h"
+#include "t4d/convert.h"
 
 namespace t4d::convert {
 namespace {

@@ -1,12 +1,8 @@
 #pragma once
 
-#include <filesystem>
-#include <span>
 #include <vector>
 
-#include "convert/flipbook.h"
-#include "model/body.h"
-#include "model/layer_pose.h"
+#include "t4d/convert.h"
 
 namespace t4d::convert {
 
@@ -33,16 +29,5 @@ struct RigidMotion {
 /// (Slab::upperPose).
 Result<RigidMotion> rigidMotionOf(const model::Source& source,
                                   const model::Progress& progress = {});
-
-/// Writes a flipbook with one mesh per body, moved by poses. The file is small, and plays smoothly.
-/// `times` determines only the first and last time to show and how long it plays: as long as
-/// writeFlipbook with these frames. `options.detail` is not used, and colours and attributes are
-/// those of the first time (addFirstLooks). Fails if writeFlipbook does, and if a body is not
-/// rigid.
-Result<FrameSlicesReport> writeRigidFlipbook(std::span<const model::Body> bodies,
-                                             std::span<const double> times,
-                                             const std::filesystem::path& path,
-                                             const FlipbookOptions& options = {},
-                                             const model::Progress& progress = {});
 
 }  // namespace t4d::convert

@@ -4,8 +4,9 @@
 
 #include "fixtures/solids.h"
 #include "measure/surface_distance.h"
-#include "mesh4d/sweep.h"
 #include "platform/test_folder.h"
+#include "t4d/convert.h"
+#include "t4d/sweep.h"
 
 namespace t4d::convert {
 namespace {

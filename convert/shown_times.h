@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "model/body.h"
+#include "t4d/mesh.h"
 
 namespace t4d::convert {
 

@@ -3,10 +3,10 @@
 #include <gtest/gtest.h>
 
 #include "convert/frame_files.h"
-#include "convert/rigid_flipbook.h"
 #include "fixtures/solids.h"
-#include "mesh4d/sweep.h"
 #include "platform/test_folder.h"
+#include "t4d/convert.h"
+#include "t4d/sweep.h"
 
 namespace t4d::convert {
 namespace {

@@ -6,8 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "model/no_index.h"
-#include "model/slab.h"
+#include "t4d/mesh.h"
 
 namespace t4d::edit {
 

@@ -11,11 +11,11 @@
 #include "fixtures/polytopes.h"
 #include "fixtures/solids.h"
 #include "measure/vertex_links.h"
-#include "mesh4d/sweep.h"
 #include "model/facets.h"
-#include "model/flat_mesh.h"
+#include "t4d/mesh.h"
+#include "t4d/sweep.h"
+#include "t4d/weave.h"
 #include "voxel4d/sampled_frames.h"
-#include "voxel4d/weave.h"
 
 namespace t4d::edit {
 namespace {

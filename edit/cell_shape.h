@@ -4,7 +4,7 @@
 #include <array>
 #include <span>
 
-#include "model/slab.h"
+#include "t4d/mesh.h"
 
 namespace t4d::edit {
 

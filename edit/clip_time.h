@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "edit/close_runs.h"
-#include "model/slab.h"
+#include "t4d/edit.h"
+#include "t4d/mesh.h"
 
 namespace t4d::edit {
 

@@ -6,18 +6,18 @@
 
 #include <gtest/gtest.h>
 
-#include "edit/cut_into_slabs.h"
 #include "fixtures/fields.h"
 #include "fixtures/motions.h"
 #include "fixtures/polytopes.h"
 #include "fixtures/solids.h"
-#include "formats/motion/motion_reader.h"
-#include "measure/mesh_check.h"
-#include "mesh4d/sweep.h"
-#include "model/flat_mesh.h"
-#include "slice/slice.h"
+#include "t4d/check.h"
+#include "t4d/edit.h"
+#include "t4d/mesh.h"
+#include "t4d/motion.h"
+#include "t4d/slice.h"
+#include "t4d/sweep.h"
+#include "t4d/weave.h"
 #include "voxel4d/sampled_frames.h"
-#include "voxel4d/weave.h"
 
 /// The parts of a closed mesh between two times are closed meshes with its slices, and of those
 /// that follow one another the hypervolumes add up.

@@ -1,5 +1,3 @@
-#include "edit/close_runs.h"
-
 #include <algorithm>
 #include <tuple>
 
@@ -8,6 +6,7 @@
 #include "model/cone.h"
 #include "model/facets.h"
 #include "model/union_find.h"
+#include "t4d/edit.h"
 
 namespace t4d::edit {
 namespace {

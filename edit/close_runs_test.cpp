@@ -1,21 +1,20 @@
-#include "edit/close_runs.h"
-
 #include <cmath>
 #include <numbers>
 #include <random>
 
 #include <gtest/gtest.h>
 
-#include "convert/flipbook.h"
 #include "fixtures/fields.h"
 #include "fixtures/motions.h"
 #include "fixtures/solids.h"
-#include "formats/motion/motion_reader.h"
-#include "measure/mesh_check.h"
-#include "mesh4d/sweep.h"
-#include "slice/slice.h"
+#include "t4d/check.h"
+#include "t4d/edit.h"
+#include "t4d/file.h"
+#include "t4d/motion.h"
+#include "t4d/slice.h"
+#include "t4d/sweep.h"
+#include "t4d/weave.h"
 #include "voxel4d/sampled_frames.h"
-#include "voxel4d/weave.h"
 
 /// Closing any subset of the slabs of a closed mesh gives a closed mesh, with the hypervolume and
 /// the slices of those slabs.

@@ -12,7 +12,7 @@
 #include "edit/value_borders.h"
 #include "edit/vertex_placement.h"
 #include "model/cell_normal.h"
-#include "model/no_index.h"
+#include "t4d/mesh.h"
 
 namespace t4d::edit {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "edit/envelope.h"
+#include "t4d/envelope.h"
 
 namespace t4d::edit {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "model/slab.h"
+#include "t4d/mesh.h"
 
 namespace t4d::edit {
 

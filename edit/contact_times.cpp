@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "measure/collide.h"
 #include "model/progress.h"
+#include "t4d/collide.h"
 
 namespace t4d::edit {
 

@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "model/body.h"
+#include "t4d/mesh.h"
 
 namespace t4d::edit {
 

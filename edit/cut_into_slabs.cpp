@@ -1,10 +1,10 @@
-#include "edit/cut_into_slabs.h"
-
 #include <algorithm>
 
 #include "edit/split_cells.h"
 #include "model/attribute_rows.h"
-#include "model/no_index.h"
+#include "t4d/edit.h"
+#include "t4d/file.h"
+#include "t4d/mesh.h"
 
 namespace t4d::edit {
 namespace {

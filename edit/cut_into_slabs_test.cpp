@@ -1,15 +1,14 @@
-#include "edit/cut_into_slabs.h"
-
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
-#include "edit/mend_mesh4d.h"
 #include "fixtures/polytopes.h"
 #include "fixtures/solids.h"
-#include "measure/mesh_check.h"
-#include "mesh4d/sweep.h"
-#include "model/flat_mesh.h"
-#include "slice/slice.h"
+#include "t4d/check.h"
+#include "t4d/edit.h"
+#include "t4d/file.h"
+#include "t4d/mesh.h"
+#include "t4d/slice.h"
+#include "t4d/sweep.h"
 
 namespace t4d::edit {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "edit/mend_steps.h"
-#include "model/vertex_keys.h"
+#include "t4d/motion.h"
 
 /// Keys of a surface that was made of another one, whose vertices it follows.
 namespace t4d::edit {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "edit/vertex_tracks.h"
-#include "model/slab.h"
+#include "t4d/mesh.h"
 
 namespace t4d::edit {
 

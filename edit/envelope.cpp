@@ -1,4 +1,4 @@
-#include "edit/envelope.h"
+#include "t4d/envelope.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "edit/envelope.h"
+#include "t4d/envelope.h"
 
 #include <cmath>
 #include <filesystem>
@@ -13,14 +13,14 @@
 #include "edit/surface_crossings.h"
 #include "fixtures/motions.h"
 #include "fixtures/solids.h"
-#include "formats/motion/motion_reader.h"
-#include "formats/triangle/triangle_mesh_reader.h"
 #include "measure/chord_bound.h"
 #include "measure/enclosure.h"
 #include "measure/visit_lattice.h"
 #include "measure/winding_number.h"
-#include "mesh4d/sweep.h"
 #include "model/surface_check.h"
+#include "t4d/motion.h"
+#include "t4d/surface.h"
+#include "t4d/sweep.h"
 #include "tests/paths.h"
 
 namespace t4d::edit {

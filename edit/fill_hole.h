@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "model/error.h"
-#include "model/triangle_mesh.h"
+#include "t4d/error.h"
+#include "t4d/surface.h"
 
 namespace t4d::edit {
 

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "fixtures/solids.h"
-#include "mesh4d/sweep.h"
+#include "t4d/sweep.h"
 
 namespace t4d::edit {
 namespace {

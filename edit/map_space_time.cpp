@@ -1,8 +1,8 @@
 #include "edit/map_space_time.h"
 
 #include "model/exact_sum.h"
-#include "model/flat_mesh.h"
-#include "model/sinks.h"
+#include "t4d/file.h"
+#include "t4d/mesh.h"
 
 namespace t4d::edit {
 

@@ -5,8 +5,8 @@
 
 #include <Eigen/Core>
 
-#include "edit/cut_into_slabs.h"
-#include "model/slab.h"
+#include "t4d/edit.h"
+#include "t4d/mesh.h"
 
 namespace t4d::edit {
 

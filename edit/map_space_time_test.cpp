@@ -7,10 +7,10 @@
 #include <gtest/gtest.h>
 
 #include "fixtures/solids.h"
-#include "formats/motion/motion_reader.h"
-#include "measure/mesh_check.h"
-#include "mesh4d/sweep.h"
-#include "slice/slice.h"
+#include "t4d/check.h"
+#include "t4d/motion.h"
+#include "t4d/slice.h"
+#include "t4d/sweep.h"
 
 namespace t4d::edit {
 namespace {

@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
-#include "edit/mend_surface.h"
-#include "model/vertex_keys.h"
+#include "t4d/edit.h"
+#include "t4d/motion.h"
 
 namespace t4d::edit {
 

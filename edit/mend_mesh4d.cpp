@@ -1,5 +1,3 @@
-#include "edit/mend_mesh4d.h"
-
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -12,8 +10,10 @@
 #include "measure/slab_measure.h"
 #include "model/attribute_rows.h"
 #include "model/facets.h"
-#include "model/no_index.h"
 #include "model/union_find.h"
+#include "t4d/edit.h"
+#include "t4d/file.h"
+#include "t4d/mesh.h"
 
 namespace t4d::edit {
 namespace {

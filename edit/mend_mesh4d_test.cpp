@@ -1,5 +1,3 @@
-#include "edit/mend_mesh4d.h"
-
 #include <cmath>
 #include <cstring>
 
@@ -9,6 +7,8 @@
 
 #include "fixtures/polytopes.h"
 #include "measure/slab_measure.h"
+#include "t4d/edit.h"
+#include "t4d/file.h"
 
 namespace t4d::edit {
 namespace {

@@ -9,11 +9,11 @@
 #include <utility>
 #include <vector>
 
-#include "edit/mend_surface.h"
-#include "model/error.h"
 #include "model/surface_edges.h"
-#include "model/triangle_mesh.h"
 #include "model/unit_scale.h"
+#include "t4d/edit.h"
+#include "t4d/error.h"
+#include "t4d/surface.h"
 
 /// The steps of mendSurface, in order. Each adds its changes to the report.
 namespace t4d::edit {

@@ -1,5 +1,3 @@
-#include "edit/mend_surface.h"
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -12,6 +10,7 @@
 #include "edit/thicken_sheets.h"
 #include "measure/surface_distance.h"
 #include "model/surface_edges.h"
+#include "t4d/edit.h"
 
 namespace t4d::edit {
 namespace {

@@ -1,5 +1,3 @@
-#include "edit/mend_surface.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,8 +13,9 @@
 #include "edit/surface_crossings.h"
 #include "fixtures/damaged.h"
 #include "fixtures/solids.h"
-#include "formats/triangle/triangle_mesh_reader.h"
 #include "model/surface_check.h"
+#include "t4d/edit.h"
+#include "t4d/surface.h"
 #include "tests/paths.h"
 
 namespace t4d::edit {

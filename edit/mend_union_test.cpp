@@ -13,8 +13,8 @@
 #include <gtest/gtest.h>
 
 #include "edit/mend_steps.h"
-#include "edit/mend_surface.h"
 #include "fixtures/solids.h"
+#include "t4d/edit.h"
 
 namespace t4d::edit {
 namespace {

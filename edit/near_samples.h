@@ -8,7 +8,7 @@
 #include "edit/patch.h"
 #include "measure/slice_bound.h"
 #include "measure/space_time_tetrahedron.h"
-#include "model/no_index.h"
+#include "t4d/mesh.h"
 
 namespace t4d::edit {
 

@@ -16,9 +16,9 @@
 #include <fmt/format.h>
 
 #include "measure/winding_number.h"
-#include "model/no_index.h"
 #include "model/surface_edges.h"
 #include "model/union_find.h"
+#include "t4d/mesh.h"
 
 namespace t4d::edit {
 namespace {

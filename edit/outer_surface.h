@@ -3,8 +3,8 @@
 #include <cstdint>
 
 #include "edit/surface_crossings.h"
-#include "model/error.h"
-#include "model/triangle_mesh.h"
+#include "t4d/error.h"
+#include "t4d/surface.h"
 
 namespace t4d::edit {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "edit/quadric4.h"
-#include "model/slab.h"
+#include "t4d/mesh.h"
 
 namespace t4d::edit {
 

@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "model/geometry.h"
+#include "t4d/mesh.h"
 
 namespace t4d::edit {
 

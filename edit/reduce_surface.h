@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-#include "model/triangle_mesh.h"
+#include "t4d/surface.h"
 
 namespace t4d::edit {
 

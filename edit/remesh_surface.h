@@ -1,8 +1,8 @@
 #pragma once
 
-#include "model/error.h"
-#include "model/slab.h"
-#include "model/triangle_mesh.h"
+#include "t4d/error.h"
+#include "t4d/mesh.h"
+#include "t4d/surface.h"
 
 namespace t4d::edit {
 

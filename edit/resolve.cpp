@@ -1,5 +1,3 @@
-#include "edit/resolve.h"
-
 #include <algorithm>
 #include <cmath>
 #include <deque>
@@ -16,8 +14,9 @@
 #include "edit/solid_sample.h"
 #include "edit/surface_crossings.h"
 #include "edit/vertex_tracks.h"
-#include "measure/mesh_check.h"
-#include "slice/light_slice.h"
+#include "t4d/check.h"
+#include "t4d/edit.h"
+#include "t4d/slice.h"
 
 namespace t4d::edit {
 namespace {

@@ -1,5 +1,3 @@
-#include "edit/resolve.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -9,11 +7,11 @@
 #include "edit/displaced_source.h"
 #include "edit/surface_crossings.h"
 #include "fixtures/solids.h"
-#include "measure/collide.h"
-#include "measure/mesh_check.h"
-#include "mesh4d/sweep.h"
-#include "slice/light_slice.h"
-#include "slice/slice.h"
+#include "t4d/check.h"
+#include "t4d/collide.h"
+#include "t4d/edit.h"
+#include "t4d/slice.h"
+#include "t4d/sweep.h"
 
 namespace t4d::edit {
 namespace {

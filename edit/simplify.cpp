@@ -1,5 +1,3 @@
-#include "edit/simplify.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,11 +13,12 @@
 #include "edit/patch.h"
 #include "edit/proved_collapse.h"
 #include "edit/slab_windows.h"
-#include "measure/mesh_check.h"
 #include "measure/space_time_tetrahedron.h"
 #include "model/in_order.h"
-#include "model/sinks.h"
 #include "model/source_part.h"
+#include "t4d/check.h"
+#include "t4d/edit.h"
+#include "t4d/mesh.h"
 
 namespace t4d::edit {
 namespace {

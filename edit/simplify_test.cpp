@@ -1,5 +1,3 @@
-#include "edit/simplify.h"
-
 #include <cstring>
 #include <random>
 
@@ -9,15 +7,16 @@
 #include "fixtures/fields.h"
 #include "fixtures/motions.h"
 #include "fixtures/solids.h"
-#include "formats/motion/motion_reader.h"
 #include "measure/compare.h"
-#include "measure/mesh_check.h"
 #include "measure/mesh_digest.h"
 #include "measure/surface_genus.h"
-#include "mesh4d/sweep.h"
-#include "slice/slice.h"
+#include "t4d/check.h"
+#include "t4d/edit.h"
+#include "t4d/motion.h"
+#include "t4d/slice.h"
+#include "t4d/sweep.h"
+#include "t4d/weave.h"
 #include "voxel4d/sampled_frames.h"
-#include "voxel4d/weave.h"
 
 namespace t4d::edit {
 namespace {

@@ -4,8 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "model/part.h"
-#include "model/slab.h"
+#include "t4d/mesh.h"
 
 namespace t4d::edit {
 

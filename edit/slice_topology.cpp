@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "model/no_index.h"
+#include "t4d/mesh.h"
 
 namespace t4d::edit {
 

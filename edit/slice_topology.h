@@ -7,7 +7,7 @@
 
 #include "edit/cell_complex.h"
 #include "edit/link_sides.h"
-#include "model/slab.h"
+#include "t4d/mesh.h"
 
 namespace t4d::edit {
 

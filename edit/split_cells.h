@@ -7,7 +7,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "model/slab.h"
+#include "t4d/mesh.h"
 
 namespace t4d::edit {
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "mesh4d/step_crossings.h"
-#include "model/error.h"
-#include "model/triangle_mesh.h"
+#include "t4d/error.h"
+#include "t4d/surface.h"
 
 namespace t4d::edit {
 

@@ -8,10 +8,10 @@
 
 #include "edit/mend_steps.h"
 #include "edit/surface_crossings.h"
-#include "model/no_index.h"
 #include "model/surface_check.h"
 #include "model/surface_edges.h"
 #include "model/union_find.h"
+#include "t4d/mesh.h"
 
 namespace t4d::edit {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "edit/cell_shape.h"
 #include "model/cell_normal.h"
-#include "model/no_index.h"
+#include "t4d/mesh.h"
 
 namespace t4d::edit {
 

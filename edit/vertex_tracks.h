@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
-#include "model/slab.h"
-#include "model/triangle_mesh.h"
+#include "t4d/mesh.h"
+#include "t4d/surface.h"
 
 namespace t4d::edit {
 

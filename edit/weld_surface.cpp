@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 
 #include "edit/mend_steps.h"
-#include "model/no_index.h"
 #include "model/union_find.h"
+#include "t4d/mesh.h"
 
 namespace t4d::edit {
 

@@ -1,8 +1,8 @@
 // Reads all slabs of a file into two matrices: vertices (n x 4) and cells (m x 4).
 #include <cstdio>
 
-#include <formats/t4d/reader.h>
-#include <model/flat_mesh.h>
+#include <t4d/file.h>
+#include <t4d/mesh.h>
 
 int main() {
   using namespace t4d;

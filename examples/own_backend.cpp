@@ -1,8 +1,8 @@
 // Tests a backend against closed-form solutions: here a sweep whose ends are closed by cones.
 #include <cstdio>
 
-#include <conformance/backends/run.h>
-#include <mesh4d/sweep.h>
+#include <t4d/conformance.h>
+#include <t4d/sweep.h>
 
 using namespace t4d;
 

@@ -2,8 +2,8 @@
 #include <cstdio>
 #include <vector>
 
-#include <formats/t4d/reader.h>
-#include <slice/slice_at_times.h>
+#include <t4d/file.h>
+#include <t4d/slice.h>
 
 int main() {
   using namespace t4d;

@@ -4,8 +4,8 @@
 #include <thread>
 #include <vector>
 
-#include <formats/t4d/reader.h>
-#include <slice/slice.h>
+#include <t4d/file.h>
+#include <t4d/slice.h>
 
 int main() {
   using namespace t4d;

@@ -1,8 +1,7 @@
-#include <formats/motion/motion_reader.h>
-#include <formats/triangle/triangle_mesh_reader.h>
-#include <formats/triangle/triangle_mesh_writer.h>
-#include <mesh4d/sweep.h>
-#include <slice/slice.h>
+#include <t4d/motion.h>
+#include <t4d/slice.h>
+#include <t4d/surface.h>
+#include <t4d/sweep.h>
 
 int main() {
   using namespace t4d;

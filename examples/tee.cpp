@@ -1,12 +1,12 @@
 // Sweeps the paper's cube into a file and checks the mesh in the same pass.
 #include <cstdio>
 
-#include <formats/motion/motion_reader.h>
-#include <formats/t4d/writer.h>
-#include <formats/triangle/triangle_mesh_reader.h>
-#include <measure/mesh_check.h>
-#include <mesh4d/sweep.h>
-#include <model/sinks.h>
+#include <t4d/check.h>
+#include <t4d/file.h>
+#include <t4d/mesh.h>
+#include <t4d/motion.h>
+#include <t4d/surface.h>
+#include <t4d/sweep.h>
 
 int main() {
   using namespace t4d;

@@ -3,10 +3,10 @@
 #include <cstdio>
 #include <vector>
 
-#include <measure/mesh_check.h>
-#include <model/slab.h>
-#include <voxel4d/array_frames.h>
-#include <voxel4d/weave.h>
+#include <t4d/check.h>
+#include <t4d/frames.h>
+#include <t4d/mesh.h>
+#include <t4d/weave.h>
 
 int main() {
   using namespace t4d;

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <string>
 
-#include "model/error.h"
+#include "t4d/error.h"
 
 namespace t4d::formats {
 

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <span>
 
-#include "model/error.h"
+#include "t4d/error.h"
 
 namespace t4d::formats {
 

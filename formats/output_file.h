@@ -7,8 +7,8 @@
 #include <string>
 #include <string_view>
 
-#include "model/error.h"
 #include "platform/part_file.h"
+#include "t4d/error.h"
 
 namespace t4d::formats {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "model/error.h"
+#include "t4d/error.h"
 
 namespace t4d::formats {
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <string_view>
 
-#include "model/error.h"
+#include "t4d/error.h"
 
 /// Blocks of bytes, each compressed in one piece, as VTK's XML files have them.
 namespace t4d::formats {

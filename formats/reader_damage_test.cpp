@@ -4,6 +4,7 @@
 #include "formats/mesh4d/test_mesh4d.h"
 #include "formats/test_files.h"
 #include "formats/triangle/triangle_mesh_formats.h"
+#include "t4d/file.h"
 
 /// Damaged files must be read or refused, never crash, hang or ask for much memory: run under
 /// AddressSanitizer this is a small fuzzer.

@@ -7,8 +7,8 @@
 
 #include <gtest/gtest.h>
 
-#include "formats/triangle/triangle_mesh_reader.h"
 #include "platform/test_folder.h"
+#include "t4d/surface.h"
 
 /// Helpers for tests of readers and writers.
 namespace t4d::formats {

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "model/error.h"
+#include "t4d/error.h"
 
 /// Data compressed in one piece, in the zlib format (RFC 1950).
 namespace t4d::formats {

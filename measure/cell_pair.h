@@ -3,7 +3,7 @@
 #include <array>
 #include <optional>
 
-#include "model/geometry.h"
+#include "t4d/mesh.h"
 
 /// Two tetrahedra in space-time: whether they meet, and when.
 namespace t4d::measure {

@@ -1,9 +1,9 @@
-#include "measure/cell_quality.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
+
+#include "t4d/check.h"
 
 namespace t4d::measure {
 namespace {

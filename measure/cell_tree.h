@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "measure/moving_box.h"
-#include "model/slab.h"
+#include "t4d/mesh.h"
 
 namespace t4d::measure {
 

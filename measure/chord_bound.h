@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "model/chords.h"
-#include "model/slab.h"
+#include "t4d/mesh.h"
 
 namespace t4d::measure {
 

@@ -7,11 +7,10 @@
 #include "fixtures/solids.h"
 #include "measure/collision_verdict.h"
 #include "measure/triangle_tree.h"
-#include "mesh4d/sweep.h"
 #include "mesh4d/test_motion.h"
-#include "model/sinks.h"
-#include "model/transformed.h"
-#include "slice/slice.h"
+#include "t4d/mesh.h"
+#include "t4d/slice.h"
+#include "t4d/sweep.h"
 
 namespace t4d::measure {
 namespace {

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "measure/overlap_depth.h"
-#include "slice/light_slice.h"
+#include "t4d/slice.h"
 
 namespace t4d::measure {
 namespace {

@@ -1,4 +1,4 @@
-#include "measure/collide.h"
+#include "t4d/collide.h"
 
 #include <algorithm>
 #include <array>

@@ -9,9 +9,9 @@
 #include <gtest/gtest.h>
 
 #include "fixtures/solids.h"
-#include "measure/collide.h"
-#include "mesh4d/sweep.h"
-#include "model/motion.h"
+#include "t4d/collide.h"
+#include "t4d/motion.h"
+#include "t4d/sweep.h"
 
 namespace t4d::measure {
 namespace {

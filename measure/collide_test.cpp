@@ -1,4 +1,4 @@
-#include "measure/collide.h"
+#include "t4d/collide.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,8 +17,8 @@
 #include "measure/chord_bound.h"
 #include "measure/collision_verdict.h"
 #include "measure/overlap.h"
-#include "mesh4d/sweep.h"
-#include "model/motion.h"
+#include "t4d/motion.h"
+#include "t4d/sweep.h"
 
 namespace t4d::measure {
 namespace {

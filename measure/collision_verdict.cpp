@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "measure/overlap_depth.h"
-#include "slice/slice.h"
+#include "t4d/slice.h"
 
 namespace t4d::measure {
 namespace {

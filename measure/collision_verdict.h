@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "measure/chord_bound.h"
-#include "measure/collide.h"
+#include "t4d/collide.h"
 
 namespace t4d::measure {
 

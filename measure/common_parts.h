@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "model/triangle_mesh.h"
+#include "t4d/surface.h"
 
 namespace t4d::measure {
 

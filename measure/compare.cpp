@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "model/in_order.h"
-#include "slice/slice.h"
+#include "t4d/slice.h"
 
 namespace t4d::measure {
 

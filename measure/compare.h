@@ -6,9 +6,8 @@
 
 #include "measure/solid_difference.h"
 #include "measure/surface_distance.h"
-#include "model/body.h"
-#include "model/times.h"
-#include "model/triangle_mesh.h"
+#include "t4d/mesh.h"
+#include "t4d/surface.h"
 
 /// Compares two 4D meshes by the solids they represent at given times.
 namespace t4d::measure {

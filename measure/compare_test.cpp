@@ -7,12 +7,12 @@
 
 #include <gtest/gtest.h>
 
-#include "convert/flipbook.h"
 #include "fixtures/solids.h"
-#include "measure/mesh_check.h"
-#include "mesh4d/sweep.h"
 #include "model/converted_source.h"
-#include "slice/slice.h"
+#include "t4d/check.h"
+#include "t4d/convert.h"
+#include "t4d/slice.h"
+#include "t4d/sweep.h"
 
 namespace t4d::measure {
 namespace {

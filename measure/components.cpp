@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "model/no_index.h"
 #include "model/union_find.h"
+#include "t4d/mesh.h"
 
 namespace t4d::measure {
 namespace {

@@ -3,8 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "model/no_index.h"
-#include "model/slab.h"
+#include "t4d/mesh.h"
 
 namespace t4d::measure {
 

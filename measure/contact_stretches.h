@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "measure/collide.h"
+#include "t4d/collide.h"
 
 namespace t4d::measure {
 

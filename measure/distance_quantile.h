@@ -1,6 +1,6 @@
 #pragma once
 
-#include "model/triangle_mesh.h"
+#include "t4d/surface.h"
 
 namespace t4d::measure {
 

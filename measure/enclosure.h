@@ -3,7 +3,7 @@
 #include <array>
 
 #include "measure/triangle_tree.h"
-#include "model/triangle_mesh.h"
+#include "t4d/surface.h"
 
 namespace t4d::measure {
 

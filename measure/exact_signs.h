@@ -1,6 +1,7 @@
 #pragma once
 
-#include "model/geometry.h"
+#include "model/exact_sum.h"
+#include "t4d/mesh.h"
 
 /// Signs of determinants, exact for all finite coordinates: in double precision with a bound on the
 /// rounding (Shewchuk 1997), and where that does not decide, by an ExactSum.

@@ -4,7 +4,7 @@
 #include <optional>
 #include <span>
 
-#include "model/geometry.h"
+#include "t4d/mesh.h"
 
 /// How near convex hulls in space-time come to each other at equal times.
 namespace t4d::measure {

@@ -6,9 +6,9 @@
 #include <unordered_map>
 
 #include "measure/winding_number.h"
-#include "model/no_index.h"
 #include "model/union_find.h"
-#include "slice/slice.h"
+#include "t4d/mesh.h"
+#include "t4d/slice.h"
 
 namespace t4d::measure {
 namespace {

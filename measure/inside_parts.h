@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "measure/collide.h"
+#include "t4d/collide.h"
 
 namespace t4d::measure {
 

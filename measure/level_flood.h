@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "measure/vertex_stars.h"
-#include "model/slab.h"
+#include "t4d/mesh.h"
 
 namespace t4d::measure {
 

@@ -7,8 +7,8 @@
 #include <optional>
 #include <unordered_map>
 
-#include "model/no_index.h"
 #include "model/union_find.h"
+#include "t4d/mesh.h"
 
 namespace t4d::measure {
 

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "measure/slab_reeb.h"
-#include "measure/solid_measures.h"
-#include "model/slab.h"
 #include "slice/cut.h"
+#include "t4d/check.h"
+#include "t4d/mesh.h"
 
 namespace t4d::measure {
 

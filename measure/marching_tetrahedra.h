@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "measure/space_lattice.h"
-#include "model/triangle_mesh.h"
+#include "t4d/surface.h"
 
 namespace t4d::measure {
 

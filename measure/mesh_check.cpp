@@ -1,5 +1,3 @@
-#include "measure/mesh_check.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,10 +6,13 @@
 #include <fmt/format.h>
 #include <tbb/parallel_invoke.h>
 
+#include "measure/components.h"
+#include "measure/mesh_parts.h"
 #include "measure/slab_measure.h"
 #include "measure/vertex_links.h"
 #include "model/facets.h"
 #include "model/shared_parts.h"
+#include "t4d/check.h"
 
 namespace t4d::measure {
 
@@ -31,43 +32,74 @@ void IssueList::add(const IssueList& after) {
   }
 }
 
-struct MeshChecker::Checked {
+class MeshChecker::State {
+ public:
+  explicit State(CheckOptions options);
+
+  std::unique_ptr<Prepared> prepare(const model::Slab& slab) const;
+  Result<void> putPrepared(const model::Slab& slab, Prepared* prepared);
+  Result<void> startAfter(const model::Slab& slab, std::uint64_t number);
+  MeshReport finish();
+  PartOfMesh finishPart();
+
+ private:
+  struct Checked;   // a connectivity and what was found in it
+  struct Seam;      // two consecutive ones
+  struct Measured;  // a slab, prepared
+  struct Shared;    // what slabs that are prepared at the same time share
+  using CheckedPointer = std::shared_ptr<const Checked>;
+
+  Result<Checked> check(const std::shared_ptr<const model::Connectivity>& connectivity) const;
+  void reportFacets(const std::vector<model::Facet>& facets, const char* where, std::uint64_t slab);
+  void checkSeam(const model::Slab* after, const CheckedPointer& checkedAfter);
+  void reportNonManifold(const Checked& checked, const model::Slab& slab);
+  void compareLayers(const model::Slab& slab);
+  void add(const SlabMeasure& measured, const model::Slab& slab);
+  void keepUpperLayer(const model::Slab& slab);
+
+  CheckOptions options_;
+  PartOfMesh part_;
+  MeshReport& report_ = part_.found;
+  std::uint64_t number_ = 0;  // of the next slab
+  std::unique_ptr<Shared> shared_;
+  CheckedPointer before_;
+  std::unique_ptr<Seam> seam_;
+  ComponentCounter components_;
+  std::vector<model::Point4> upperLayer_;
+  std::vector<model::Attribute> upperAttributes_;
+};
+
+struct MeshChecker::State::Checked {
   std::shared_ptr<const model::Connectivity> connectivity;
   model::FacetTopology facets;
   Components components;
   std::vector<std::uint32_t> nonManifold;  // interior vertices
 };
 
-struct MeshChecker::Seam {
+struct MeshChecker::State::Seam {
   CheckedPointer before;
   CheckedPointer after;
   std::vector<model::Facet> unmatched;
   std::vector<std::uint32_t> nonManifold;
 };
 
-struct MeshChecker::Measured : Prepared {
+struct MeshChecker::State::Measured : Prepared {
   Result<CheckedPointer> checked;
   model::Bounds4 bounds;
   SlabMeasure measure;
 };
 
-struct MeshChecker::Shared {
+struct MeshChecker::State::Shared {
   model::SharedParts<const model::Connectivity*, Checked> checked;
 };
 
-MeshChecker::MeshChecker(CheckOptions options)
+MeshChecker::State::State(CheckOptions options)
     : options_(options), shared_(std::make_unique<Shared>()), seam_(std::make_unique<Seam>()) {
   if (options_.vertexLinks) report_.vertexLinksOk = true;
   if (options_.goesOnBefore || options_.goesOnAfter) components_.trackSpan();
 }
 
-MeshChecker::~MeshChecker() = default;
-
-Result<void> MeshChecker::put(const model::Slab& slab) {
-  return putPrepared(slab, prepare(slab).get());
-}
-
-Result<MeshChecker::Checked> MeshChecker::check(
+Result<MeshChecker::State::Checked> MeshChecker::State::check(
     const std::shared_ptr<const model::Connectivity>& connectivity) const {
   if (auto sound = model::checkConnectivity(*connectivity); !sound) return sound.error();
   Checked checked;
@@ -82,7 +114,7 @@ Result<MeshChecker::Checked> MeshChecker::check(
   return checked;
 }
 
-std::unique_ptr<MeshChecker::Prepared> MeshChecker::prepare(const model::Slab& slab) const {
+std::unique_ptr<model::Sink::Prepared> MeshChecker::State::prepare(const model::Slab& slab) const {
   auto prepared = std::make_unique<Measured>();
   if (!slab.connectivity) {
     prepared->checked = invalid("has no connectivity");
@@ -104,7 +136,7 @@ std::unique_ptr<MeshChecker::Prepared> MeshChecker::prepare(const model::Slab& s
   return prepared;
 }
 
-Result<void> MeshChecker::putPrepared(const model::Slab& slab, Prepared* prepared) {
+Result<void> MeshChecker::State::putPrepared(const model::Slab& slab, Prepared* prepared) {
   auto& [found, bounds, measured] = static_cast<Measured&>(*prepared);
   if (!found) return invalid(found.error().message, placeIn({}, fmt::format("slab {}", number_)));
   const CheckedPointer& checked = *found;
@@ -127,7 +159,7 @@ Result<void> MeshChecker::putPrepared(const model::Slab& slab, Prepared* prepare
   return {};
 }
 
-void MeshChecker::reportNonManifold(const Checked& checked, const model::Slab& slab) {
+void MeshChecker::State::reportNonManifold(const Checked& checked, const model::Slab& slab) {
   if (checked.nonManifold.empty()) return;
   report_.vertexLinksOk = false;
   // This is the apex of a cone over a surface that is not a single sphere. The cap encloses
@@ -144,8 +176,8 @@ void MeshChecker::reportNonManifold(const Checked& checked, const model::Slab& s
       checked.nonManifold.size());
 }
 
-void MeshChecker::reportFacets(const std::vector<model::Facet>& facets, const char* where,
-                               std::uint64_t slab) {
+void MeshChecker::State::reportFacets(const std::vector<model::Facet>& facets, const char* where,
+                                      std::uint64_t slab) {
   std::uint64_t open = 0;
   std::uint64_t inconsistent = 0;
   const model::Facet* firstOpen = nullptr;
@@ -183,7 +215,7 @@ void MeshChecker::reportFacets(const std::vector<model::Facet>& facets, const ch
 }
 
 /// Checks the layer between the previous slab and `after`; either is absent at an end of the mesh.
-void MeshChecker::checkSeam(const model::Slab* after, const CheckedPointer& checkedAfter) {
+void MeshChecker::State::checkSeam(const model::Slab* after, const CheckedPointer& checkedAfter) {
   if (!before_ && options_.goesOnBefore) return;
   const std::uint32_t upper = before_ ? before_->connectivity->upperCount : 0;
   if (after != nullptr && before_) {
@@ -230,7 +262,7 @@ void MeshChecker::checkSeam(const model::Slab* after, const CheckedPointer& chec
   }
 }
 
-void MeshChecker::compareLayers(const model::Slab& slab) {
+void MeshChecker::State::compareLayers(const model::Slab& slab) {
   const bool apart = slab.connectivity->lowerCount == 0 ? slab.timeBegin < report_.time.end
                                                         : slab.timeBegin != report_.time.end;
   if (apart) {
@@ -271,7 +303,7 @@ void MeshChecker::compareLayers(const model::Slab& slab) {
   }
 }
 
-void MeshChecker::add(const SlabMeasure& measured, const model::Slab& slab) {
+void MeshChecker::State::add(const SlabMeasure& measured, const model::Slab& slab) {
   for (const std::uint32_t index : measured.flat) {
     const model::Cell& cell = slab.connectivity->cells[index];
     ++report_.degenerateCells;
@@ -291,14 +323,14 @@ void MeshChecker::add(const SlabMeasure& measured, const model::Slab& slab) {
 }
 
 /// Stores what the next slab must repeat.
-void MeshChecker::keepUpperLayer(const model::Slab& slab) {
+void MeshChecker::State::keepUpperLayer(const model::Slab& slab) {
   const model::Connectivity& connectivity = *slab.connectivity;
   upperLayer_.assign(slab.upperLayer().begin(), slab.upperLayer().end());
   upperAttributes_ =
       vertexRows(slab.attributes, connectivity.firstUpper(), connectivity.upperCount);
 }
 
-Result<void> MeshChecker::startAfter(const model::Slab& slab, std::uint64_t number) {
+Result<void> MeshChecker::State::startAfter(const model::Slab& slab, std::uint64_t number) {
   const auto prepared = prepare(slab);
   const auto& found = static_cast<const Measured&>(*prepared).checked;
   if (!found) return invalid(found.error().message, placeIn({}, fmt::format("slab {}", number)));
@@ -346,18 +378,40 @@ MeshReport concluded(PartOfMesh whole, std::uint64_t components, bool isPart) {
 
 }  // namespace
 
-PartOfMesh MeshChecker::finishPart() {
+PartOfMesh MeshChecker::State::finishPart() {
   if (!options_.goesOnAfter) checkSeam(nullptr, nullptr);
   part_.components = components_.span();
   addMeasures(report_, part_, components_.count());
   return std::move(part_);
 }
 
-MeshReport MeshChecker::finish() {
+MeshReport MeshChecker::State::finish() {
   if (!options_.goesOnAfter) checkSeam(nullptr, nullptr);
   return concluded(std::move(part_), components_.count(),
                    options_.goesOnBefore || options_.goesOnAfter);
 }
+
+MeshChecker::MeshChecker(CheckOptions options) : state_(std::make_unique<State>(options)) {}
+MeshChecker::~MeshChecker() = default;
+
+Result<void> MeshChecker::put(const model::Slab& slab) {
+  return putPrepared(slab, prepare(slab).get());
+}
+
+std::unique_ptr<model::Sink::Prepared> MeshChecker::prepare(const model::Slab& slab) const {
+  return state_->prepare(slab);
+}
+
+Result<void> MeshChecker::putPrepared(const model::Slab& slab, Prepared* prepared) {
+  return state_->putPrepared(slab, prepared);
+}
+
+Result<void> MeshChecker::startAfter(const model::Slab& slab, std::uint64_t number) {
+  return state_->startAfter(slab, number);
+}
+
+MeshReport MeshChecker::finish() { return state_->finish(); }
+PartOfMesh MeshChecker::finishPart() { return state_->finishPart(); }
 
 Result<MeshReport> joinedReport(const std::vector<PartOfMesh>& parts) {
   PartOfMesh whole = parts.front();

@@ -1,5 +1,3 @@
-#include "measure/mesh_check.h"
-
 #include <algorithm>
 #include <filesystem>
 #include <random>
@@ -7,10 +5,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "formats/t4d/writer.h"
 #include "measure/slab_measure.h"
 #include "model/facets.h"
 #include "platform/test_folder.h"
+#include "t4d/check.h"
+#include "t4d/file.h"
 #include "tools/verbs/validate.h"
 
 namespace t4d::measure {

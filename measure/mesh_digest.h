@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 
-#include "model/slab.h"
+#include "t4d/mesh.h"
 
 namespace t4d::measure {
 

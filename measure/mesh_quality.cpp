@@ -1,5 +1,3 @@
-#include "measure/mesh_quality.h"
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -11,6 +9,7 @@
 #include <tbb/parallel_for.h>
 
 #include "model/unit_scale.h"
+#include "t4d/check.h"
 
 namespace t4d::measure {
 namespace {

@@ -1,5 +1,3 @@
-#include "measure/mesh_quality.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -11,7 +9,8 @@
 #include <gtest/gtest.h>
 
 #include "fixtures/solids.h"
-#include "mesh4d/sweep.h"
+#include "t4d/check.h"
+#include "t4d/sweep.h"
 
 namespace t4d::measure {
 namespace {

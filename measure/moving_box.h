@@ -6,8 +6,7 @@
 #include <optional>
 #include <span>
 
-#include "model/geometry.h"
-#include "model/times.h"
+#include "t4d/mesh.h"
 
 namespace t4d::measure {
 

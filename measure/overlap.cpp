@@ -7,9 +7,8 @@
 
 #include "measure/overlap_depth.h"
 #include "measure/solid_difference.h"
-#include "model/times.h"
-#include "slice/light_slice.h"
-#include "slice/slice.h"
+#include "t4d/mesh.h"
+#include "t4d/slice.h"
 
 namespace t4d::measure {
 namespace {

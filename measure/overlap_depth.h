@@ -5,7 +5,7 @@
 #include "measure/common_parts.h"
 #include "measure/triangle_tree.h"
 #include "measure/winding_number.h"
-#include "model/triangle_mesh.h"
+#include "t4d/surface.h"
 
 namespace t4d::measure {
 

@@ -14,7 +14,7 @@
 #include "measure/hull_distance.h"
 #include "measure/moving_box.h"
 #include "measure/overlap.h"
-#include "model/times.h"
+#include "t4d/mesh.h"
 
 namespace t4d::measure {
 namespace {

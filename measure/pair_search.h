@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "measure/cell_tree.h"
-#include "measure/collide.h"
 #include "measure/contact_stretches.h"
 #include "measure/inside_parts.h"
+#include "t4d/collide.h"
 
 namespace t4d::measure {
 

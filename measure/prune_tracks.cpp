@@ -6,7 +6,7 @@
 
 #include "measure/derived_track.h"
 #include "measure/tracks.h"
-#include "model/no_index.h"
+#include "t4d/mesh.h"
 
 namespace t4d::measure {
 namespace {

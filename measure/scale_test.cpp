@@ -7,15 +7,14 @@
 #include <gtest/gtest.h>
 
 #include "fixtures/solids.h"
-#include "measure/collide.h"
 #include "measure/collision_verdict.h"
 #include "measure/compare.h"
-#include "measure/mesh_check.h"
-#include "measure/mesh_quality.h"
 #include "measure/slab_measure.h"
 #include "measure/triangle_tree.h"
 #include "measure/winding_number.h"
-#include "mesh4d/sweep.h"
+#include "t4d/check.h"
+#include "t4d/collide.h"
+#include "t4d/sweep.h"
 
 namespace t4d::measure {
 namespace {

@@ -1,5 +1,3 @@
-#include "measure/silhouette.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,8 +12,9 @@
 #include "measure/exact_signs.h"
 #include "measure/slab_measure.h"
 #include "model/facets.h"
-#include "model/no_index.h"
 #include "model/union_find.h"
+#include "t4d/envelope.h"
+#include "t4d/mesh.h"
 
 namespace t4d::measure {
 namespace {

@@ -1,5 +1,3 @@
-#include "measure/silhouette.h"
-
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -7,10 +5,11 @@
 #include <gtest/gtest.h>
 
 #include "fixtures/solids.h"
-#include "measure/mesh_check.h"
 #include "measure/winding_number.h"
-#include "mesh4d/sweep.h"
-#include "model/times.h"
+#include "t4d/check.h"
+#include "t4d/envelope.h"
+#include "t4d/mesh.h"
+#include "t4d/sweep.h"
 
 namespace t4d::measure {
 namespace {

@@ -4,7 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "model/slab.h"
+#include "model/exact_sum.h"
+#include "t4d/mesh.h"
 
 namespace t4d::measure {
 

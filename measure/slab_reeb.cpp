@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "measure/vertex_stars.h"
-#include "model/no_index.h"
 #include "model/union_find.h"
+#include "t4d/mesh.h"
 
 namespace t4d::measure {
 namespace {

@@ -13,7 +13,7 @@
 #include "measure/seen_part.h"
 #include "measure/space_time_tetrahedron.h"
 #include "measure/space_time_tree.h"
-#include "model/no_index.h"
+#include "t4d/mesh.h"
 
 namespace t4d::measure {
 namespace {

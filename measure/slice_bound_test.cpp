@@ -7,11 +7,11 @@
 #include "fixtures/fields.h"
 #include "fixtures/motions.h"
 #include "fixtures/solids.h"
-#include "formats/motion/motion_reader.h"
-#include "mesh4d/sweep.h"
-#include "model/flat_mesh.h"
+#include "t4d/mesh.h"
+#include "t4d/motion.h"
+#include "t4d/sweep.h"
+#include "t4d/weave.h"
 #include "voxel4d/sampled_frames.h"
-#include "voxel4d/weave.h"
 
 namespace t4d::measure {
 namespace {

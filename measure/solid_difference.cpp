@@ -9,9 +9,10 @@
 #include <vector>
 
 #include "measure/common_parts.h"
-#include "model/no_index.h"
+#include "measure/components.h"
 #include "model/surface_components.h"
 #include "model/unit_scale.h"
+#include "t4d/mesh.h"
 
 namespace t4d::measure {
 namespace {

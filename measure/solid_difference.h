@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
-#include "model/error.h"
-#include "model/triangle_mesh.h"
+#include "t4d/error.h"
+#include "t4d/surface.h"
 
 namespace t4d::measure {
 

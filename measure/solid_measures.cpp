@@ -1,5 +1,3 @@
-#include "measure/solid_measures.h"
-
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -9,8 +7,9 @@
 #include <tbb/parallel_for.h>
 
 #include "measure/surface_genus.h"
-#include "model/times.h"
-#include "slice/slice_at_times.h"
+#include "t4d/check.h"
+#include "t4d/mesh.h"
+#include "t4d/slice.h"
 
 namespace t4d::measure {
 

@@ -1,15 +1,14 @@
-#include "measure/solid_measures.h"
-
 #include <cmath>
 
 #include <gtest/gtest.h>
 
 #include "fixtures/fields.h"
 #include "fixtures/solids.h"
-#include "mesh4d/sweep.h"
-#include "slice/slice.h"
+#include "t4d/check.h"
+#include "t4d/slice.h"
+#include "t4d/sweep.h"
+#include "t4d/weave.h"
 #include "voxel4d/sampled_frames.h"
-#include "voxel4d/weave.h"
 
 namespace t4d::measure {
 namespace {

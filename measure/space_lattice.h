@@ -6,9 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "model/error.h"
-#include "model/geometry.h"
-#include "model/slab.h"
+#include "t4d/error.h"
+#include "t4d/mesh.h"
 
 namespace t4d::measure {
 

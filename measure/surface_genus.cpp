@@ -5,6 +5,7 @@
 #include <functional>
 #include <numeric>
 
+#include "measure/components.h"
 #include "model/surface_components.h"
 
 namespace t4d::measure {

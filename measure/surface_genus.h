@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "model/triangle_mesh.h"
+#include "t4d/surface.h"
 
 namespace t4d::measure {
 

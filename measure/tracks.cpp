@@ -16,8 +16,8 @@
 #include "measure/level_flood.h"
 #include "measure/level_surfaces.h"
 #include "measure/slab_reeb.h"
-#include "model/no_index.h"
 #include "model/union_find.h"
+#include "t4d/mesh.h"
 
 namespace t4d::measure {
 namespace {

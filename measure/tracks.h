@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "measure/solid_measures.h"
-#include "model/slab.h"
+#include "t4d/check.h"
+#include "t4d/mesh.h"
 
 /// The components of a solid over time: when each appears, splits, merges and vanishes.
 ///

@@ -5,8 +5,8 @@
 #include <limits>
 #include <vector>
 
-#include "model/triangle_mesh.h"
 #include "model/unit_scale.h"
+#include "t4d/surface.h"
 
 namespace t4d::measure {
 

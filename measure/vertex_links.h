@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "model/slab.h"
+#include "t4d/mesh.h"
 
 /// The link of a vertex is the surface made of the facets opposite it in its cells. A vertex whose
 /// link is not a sphere is non-manifold; a mesh without such a vertex is a 3-manifold.

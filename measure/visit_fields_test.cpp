@@ -6,9 +6,9 @@
 #include <gtest/gtest.h>
 
 #include "fixtures/solids.h"
-#include "measure/silhouette.h"
-#include "mesh4d/sweep.h"
-#include "model/sinks.h"
+#include "t4d/envelope.h"
+#include "t4d/mesh.h"
+#include "t4d/sweep.h"
 
 namespace t4d::measure {
 namespace {

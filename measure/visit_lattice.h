@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "measure/space_lattice.h"
-#include "model/triangle_mesh.h"
+#include "t4d/surface.h"
 
 /// Winding numbers of a closed surface at the points of a lattice, exact and in memory that grows
 /// with the surface.

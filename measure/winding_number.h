@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "model/triangle_mesh.h"
 #include "model/unit_scale.h"
+#include "t4d/surface.h"
 
 namespace t4d::measure {
 

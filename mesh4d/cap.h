@@ -4,20 +4,12 @@
 #include <memory>
 #include <vector>
 
-#include "model/error.h"
-#include "model/slab.h"
-#include "model/triangle_mesh.h"
+#include "t4d/error.h"
+#include "t4d/mesh.h"
+#include "t4d/surface.h"
+#include "t4d/sweep.h"
 
 namespace t4d::mesh4d {
-
-enum class CapMethod : std::uint8_t {
-  /// Constrained Delaunay tetrahedralization (paper, section 4.1). The surface must not intersect
-  /// itself. Needs a build with TetGen.
-  TetGen,
-  /// Joins every triangle to one apex. Works for any closed surface. Hypervolume and slices are
-  /// exact, since a cap encloses nothing, but cells may overlap inside the cap.
-  Cone,
-};
 
 /// A solid filled with tetrahedra, which closes the 4D mesh at its first or last time.
 struct Cap {

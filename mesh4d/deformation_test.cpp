@@ -5,9 +5,10 @@
 #include <gtest/gtest.h>
 
 #include "fixtures/solids.h"
-#include "measure/mesh_check.h"
-#include "mesh4d/sweep.h"
-#include "slice/slice.h"
+#include "mesh4d/folds.h"
+#include "t4d/check.h"
+#include "t4d/slice.h"
+#include "t4d/sweep.h"
 
 namespace t4d::mesh4d {
 namespace {

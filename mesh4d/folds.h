@@ -3,19 +3,13 @@
 #include <cstdint>
 #include <optional>
 
-#include "model/motion.h"
-#include "model/slab.h"
-#include "model/triangle_mesh.h"
+#include "mesh4d/prism.h"
+#include "t4d/mesh.h"
+#include "t4d/motion.h"
+#include "t4d/surface.h"
+#include "t4d/sweep.h"
 
 namespace t4d::mesh4d {
-
-/// Prisms of one step that turn over within the step.
-struct Fold {
-  model::TimeSpan time;
-  std::uint64_t prisms = 0;    ///< how many
-  std::uint32_t triangle = 0;  ///< of the first one
-  model::Point3 place;         ///< the middle of the first one
-};
 
 /// Searches for folded prisms in a step made with stepConnectivity(mesh). Nothing if there are
 /// none.

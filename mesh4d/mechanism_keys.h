@@ -8,10 +8,10 @@
 
 #include "mesh4d/prism.h"
 #include "mesh4d/steps.h"
-#include "model/error.h"
 #include "model/mechanism.h"
-#include "model/triangle_mesh.h"
-#include "model/vertex_keys.h"
+#include "t4d/error.h"
+#include "t4d/motion.h"
+#include "t4d/surface.h"
 
 namespace t4d::mesh4d {
 

@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "fixtures/solids.h"
-#include "mesh4d/sweep.h"
-#include "model/sinks.h"
+#include "t4d/mesh.h"
+#include "t4d/sweep.h"
 
 namespace t4d::mesh4d {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "model/times.h"
+#include "t4d/mesh.h"
 
 namespace t4d::mesh4d {
 

@@ -3,9 +3,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "model/motion.h"
-#include "model/triangle_mesh.h"
-#include "model/vertex_keys.h"
+#include "t4d/motion.h"
+#include "t4d/surface.h"
 
 namespace t4d::mesh4d {
 

@@ -4,19 +4,11 @@
 #include <memory>
 #include <vector>
 
-#include "model/slab.h"
-#include "model/triangle_mesh.h"
+#include "t4d/mesh.h"
+#include "t4d/surface.h"
+#include "t4d/sweep.h"
 
 namespace t4d::mesh4d {
-
-/// How the prism that a triangle sweeps in one step is divided into cells.
-enum class PrismSplit : std::uint8_t {
-  Fourteen,  ///< the paper's symmetric division (section 4.1, fig. 6), with four new vertices
-  Three,     ///< the fewest cells, no new vertices; slices between layers depend on vertex numbers
-};
-
-/// The origin of a cell: the values of its attribute "kind".
-enum class CellKind : std::uint8_t { Side = 0, StartCap = 1, EndCap = 2 };
 
 /// The connectivity of one step of a closed triangle mesh of V vertices, E edges and F triangles:
 /// the lower layer (V), for Fourteen the centroids of the quadrilaterals (E) and of the prisms (F)
@@ -47,8 +39,5 @@ std::vector<model::Attribute> cellAttributes(const std::vector<std::uint32_t>& t
 /// "triangle" and "kind". Zero if the triangle is kNoTriangle.
 std::vector<model::Attribute> inputAttributes(const model::TriangleMesh& mesh,
                                               const std::vector<std::uint32_t>& triangles);
-
-/// The value of the attribute "triangle" for cells of caps, which come from no triangle.
-inline constexpr std::uint32_t kNoTriangle = ~std::uint32_t{0};
 
 }  // namespace t4d::mesh4d

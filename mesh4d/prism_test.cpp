@@ -6,7 +6,7 @@
 
 #include "fixtures/solids.h"
 #include "model/facets.h"
-#include "slice/slice.h"
+#include "t4d/slice.h"
 
 namespace t4d::mesh4d {
 namespace {

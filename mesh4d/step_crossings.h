@@ -4,21 +4,12 @@
 #include <cstdint>
 #include <optional>
 
-#include "model/error.h"
-#include "model/slab.h"
-#include "model/triangle_mesh.h"
+#include "t4d/error.h"
+#include "t4d/mesh.h"
+#include "t4d/surface.h"
+#include "t4d/sweep.h"
 
 namespace t4d::mesh4d {
-
-/// Where the surface crosses itself within one step.
-struct StepCrossing {
-  model::TimeSpan time;     ///< of the step
-  std::uint64_t pairs = 0;  ///< pairs of triangles that meet at some time of the step
-  bool complete = true;     ///< false if the search ended early
-  double at = 0;            ///< a time when the first pair meets
-  std::array<std::uint32_t, 2> triangles = {0, 0};  ///< of the first pair, the smaller number first
-  model::Point3 place;                              ///< about where the first pair meets
-};
 
 /// Searches a step for triangles that meet while their corners move along straight lines from the
 /// lower layer to the upper one. Nothing if none do. The first pair is the one with the earliest

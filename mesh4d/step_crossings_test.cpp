@@ -7,9 +7,9 @@
 
 #include "fixtures/solids.h"
 #include "mesh4d/cap.h"
-#include "mesh4d/sweep.h"
-#include "model/sinks.h"
-#include "model/vertex_keys.h"
+#include "t4d/mesh.h"
+#include "t4d/motion.h"
+#include "t4d/sweep.h"
 
 namespace t4d::mesh4d {
 namespace {

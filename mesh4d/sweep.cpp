@@ -1,4 +1,4 @@
-#include "mesh4d/sweep.h"
+#include "t4d/sweep.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,12 @@
 
 #include <fmt/format.h>
 
+#include "mesh4d/cap.h"
+#include "mesh4d/folds.h"
 #include "mesh4d/motion_keys.h"
+#include "mesh4d/prism.h"
+#include "mesh4d/step_crossings.h"
+#include "mesh4d/steps.h"
 #include "model/corner_attributes.h"
 #include "model/in_order.h"
 #include "model/limits.h"

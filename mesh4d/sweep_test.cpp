@@ -1,4 +1,4 @@
-#include "mesh4d/sweep.h"
+#include "t4d/sweep.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,9 +7,10 @@
 #include <gtest/gtest.h>
 
 #include "fixtures/solids.h"
-#include "measure/mesh_check.h"
+#include "mesh4d/steps.h"
 #include "mesh4d/test_motion.h"
-#include "model/sinks.h"
+#include "t4d/check.h"
+#include "t4d/mesh.h"
 
 namespace t4d::mesh4d {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <span>
 
-#include "model/motion.h"
+#include "t4d/motion.h"
 
 namespace t4d::mesh4d {
 

@@ -16,8 +16,8 @@ void terminatetetgen(tetgenmesh*, int reason) { throw reason; }
 #include <fmt/format.h>
 
 #include "model/facets.h"
-#include "model/no_index.h"
 #include "platform/isolated.h"
+#include "t4d/mesh.h"
 
 namespace t4d::mesh4d {
 namespace {

@@ -5,10 +5,11 @@
 #include <gtest/gtest.h>
 
 #include "fixtures/solids.h"
-#include "measure/mesh_check.h"
-#include "mesh4d/sweep.h"
+#include "mesh4d/cap.h"
 #include "mesh4d/test_motion.h"
 #include "model/facets.h"
+#include "t4d/check.h"
+#include "t4d/sweep.h"
 
 namespace t4d::mesh4d {
 namespace {

@@ -8,13 +8,13 @@
 
 #include <fmt/format.h>
 
-#include "measure/silhouette.h"
-#include "mesh4d/sweep.h"
 #include "mill/motion_parts.h"
 #include "mill/projected_volume.h"
 #include "mill/solid_parts.h"
 #include "mill/stock_field.h"
 #include "model/surface_check.h"
+#include "t4d/envelope.h"
+#include "t4d/sweep.h"
 
 namespace t4d::mill {
 namespace {

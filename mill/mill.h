@@ -6,11 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "model/motion.h"
-#include "model/slab.h"
-#include "model/times.h"
-#include "model/triangle_mesh.h"
-#include "voxel4d/weave.h"
+#include "t4d/mesh.h"
+#include "t4d/motion.h"
+#include "t4d/surface.h"
+#include "t4d/weave.h"
 
 /// What a tool leaves of a stock, at any time, as a 4D mesh.
 namespace t4d::mill {

@@ -13,13 +13,13 @@
 #include "fixtures/solids.h"
 #include "formats/toolpath/cutter_location_reader.h"
 #include "formats/toolpath/gcode_reader.h"
-#include "measure/mesh_check.h"
 #include "measure/solid_difference.h"
 #include "mill/motion_parts.h"
 #include "mill/stock_field.h"
 #include "mill/tool_shape.h"
-#include "model/times.h"
-#include "slice/slice.h"
+#include "t4d/check.h"
+#include "t4d/mesh.h"
+#include "t4d/slice.h"
 
 namespace t4d::mill {
 namespace {

@@ -8,10 +8,10 @@
 
 #include "fixtures/solids.h"
 #include "formats/toolpath/gcode_reader.h"
-#include "measure/mesh_check.h"
 #include "mill/mill.h"
 #include "mill/tool_shape.h"
-#include "model/times.h"
+#include "t4d/check.h"
+#include "t4d/mesh.h"
 
 namespace t4d::fixtures {
 

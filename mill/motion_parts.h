@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <functional>
 
-#include "model/error.h"
-#include "model/motion.h"
-#include "model/times.h"
+#include "t4d/error.h"
+#include "t4d/mesh.h"
+#include "t4d/motion.h"
 
 namespace t4d::mill {
 

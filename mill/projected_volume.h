@@ -2,8 +2,7 @@
 
 #include <functional>
 
-#include "model/slab.h"
-#include "model/streamed_slab.h"
+#include "t4d/mesh.h"
 
 namespace t4d::mill {
 

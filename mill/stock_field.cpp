@@ -10,8 +10,8 @@
 #include <tbb/parallel_for.h>
 
 #include "measure/visit_lattice.h"
-#include "model/no_index.h"
 #include "model/voxel_size.h"
+#include "t4d/mesh.h"
 
 namespace t4d::mill {
 namespace {

@@ -6,9 +6,9 @@
 #include <optional>
 #include <vector>
 
-#include "model/error.h"
-#include "model/triangle_mesh.h"
-#include "voxel4d/frame.h"
+#include "t4d/error.h"
+#include "t4d/frames.h"
+#include "t4d/surface.h"
 
 namespace t4d::mill {
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <string_view>
 
-#include "model/error.h"
-#include "model/triangle_mesh.h"
+#include "t4d/error.h"
+#include "t4d/surface.h"
 
 /// Tools that are solids of revolution about z, with the tip at the origin and the shank upward.
 namespace t4d::mill {

@@ -1,5 +1,3 @@
-#include "model/attribute_meaning.h"
-
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -10,7 +8,7 @@
 #include <Eigen/LU>
 #include <fmt/format.h>
 
-#include "model/transformed.h"
+#include "t4d/mesh.h"
 
 namespace t4d::model {
 namespace {

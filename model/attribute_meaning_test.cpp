@@ -1,5 +1,3 @@
-#include "model/attribute_meaning.h"
-
 #include <cmath>
 #include <cstring>
 #include <numbers>
@@ -8,7 +6,7 @@
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
-#include "model/transformed.h"
+#include "t4d/mesh.h"
 
 namespace t4d::model {
 namespace {

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <span>
 
-#include "model/attribute.h"
+#include "t4d/mesh.h"
 
 namespace t4d::model {
 

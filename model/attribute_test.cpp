@@ -1,8 +1,8 @@
-#include "model/attribute.h"
-
 #include <cstring>
 
 #include <gtest/gtest.h>
+
+#include "t4d/mesh.h"
 
 namespace t4d::model {
 namespace {

@@ -1,7 +1,7 @@
-#include "model/body.h"
-
 #include <algorithm>
 #include <limits>
+
+#include "t4d/mesh.h"
 
 namespace t4d::model {
 

@@ -1,9 +1,9 @@
-#include "model/body.h"
-
 #include <array>
 #include <memory>
 
 #include <gtest/gtest.h>
+
+#include "t4d/mesh.h"
 
 namespace t4d::model {
 namespace {

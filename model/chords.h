@@ -2,8 +2,8 @@
 
 #include <span>
 
-#include "model/geometry.h"
-#include "model/triangle_mesh.h"
+#include "t4d/mesh.h"
+#include "t4d/surface.h"
 
 namespace t4d::model {
 

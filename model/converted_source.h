@@ -1,7 +1,7 @@
 #pragma once
 
-#include "model/slab.h"
 #include "model/units.h"
+#include "t4d/mesh.h"
 
 namespace t4d::model {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "model/geometry.h"
+#include "t4d/mesh.h"
 
 namespace t4d::model {
 

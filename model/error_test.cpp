@@ -1,4 +1,4 @@
-#include "model/error.h"
+#include "t4d/error.h"
 
 #include <memory>
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-#include "model/geometry.h"
+#include "t4d/mesh.h"
 
 /// Sums of products without rounding, overflow or underflow, for signs of volumes that must be
 /// right whatever the coordinates.

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "model/triangle_mesh.h"
+#include "t4d/surface.h"
 
 namespace t4d::model {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "model/slab.h"
+#include "t4d/mesh.h"
 
 /// Facets are the triangles of the cells. In a closed, oriented mesh each has two cells, on
 /// opposite sides. This depends only on the connectivity, so slabs that share one are checked once.

@@ -1,9 +1,9 @@
-#include "model/flat_mesh.h"
-
 #include <algorithm>
 #include <limits>
 
 #include <fmt/format.h>
+
+#include "t4d/mesh.h"
 
 namespace t4d::model {
 namespace {

@@ -1,8 +1,6 @@
-#include "model/flat_mesh.h"
-
 #include <gtest/gtest.h>
 
-#include "model/sinks.h"
+#include "t4d/mesh.h"
 
 namespace t4d::model {
 namespace {

@@ -1,6 +1,6 @@
-#include "model/layer_pose.h"
-
 #include <cstring>
+
+#include "t4d/mesh.h"
 
 namespace t4d::model {
 

@@ -1,4 +1,4 @@
-#include "model/motion.h"
+#include "t4d/motion.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include "model/degrees.h"
 #include "model/limits.h"
-#include "model/times.h"
+#include "t4d/mesh.h"
 
 namespace t4d::model {
 namespace {
@@ -253,6 +253,24 @@ std::string noticeOfHalfTurns(std::span<const HalfTurn> turns) {
       "{} half a turn apart, so the direction of the turn is not known: from time {} to {} it is "
       "taken right-handed about ({}, {}, {}). Add a pose in between to choose it",
       where, first.time.begin, first.time.end, axis.x(), axis.y(), axis.z());
+}
+
+Result<Motion> sampledMotion(const std::function<Pose(double time)>& pose,
+                             std::span<const double> times) {
+  constexpr double kRotationTolerance = 1e-6;
+  std::vector<KeyPose> poses;
+  poses.reserve(times.size());
+  for (const double time : times) {
+    const Pose at = pose(time);
+    const Eigen::Matrix3d product = at.rotation * at.rotation.transpose();
+    if (!((product - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() <= kRotationTolerance) ||
+        at.rotation.determinant() < 0) {
+      return invalid("has a matrix that is no rotation",
+                     placeIn({}, fmt::format("pose {} (counted from 0)", poses.size())));
+    }
+    poses.push_back({time, at.translation, Eigen::Quaterniond(at.rotation)});
+  }
+  return joinPoses(poses);
 }
 
 }  // namespace t4d::model

@@ -1,4 +1,4 @@
-#include "model/motion.h"
+#include "t4d/motion.h"
 
 #include <array>
 #include <limits>

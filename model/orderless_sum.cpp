@@ -3,6 +3,8 @@
 #include <array>
 #include <cmath>
 
+#include "model/exact_sum.h"
+
 namespace t4d::model {
 namespace {
 

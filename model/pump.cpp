@@ -2,7 +2,7 @@
 #include <utility>
 
 #include "model/in_order.h"
-#include "model/slab.h"
+#include "t4d/mesh.h"
 
 namespace t4d::model {
 namespace {

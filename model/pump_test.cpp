@@ -9,7 +9,7 @@
 
 #include "model/in_order.h"
 #include "model/shared_parts.h"
-#include "model/slab.h"
+#include "t4d/mesh.h"
 
 namespace t4d::model {
 namespace {

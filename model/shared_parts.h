@@ -7,7 +7,7 @@
 
 #include <tbb/task_arena.h>
 
-#include "model/error.h"
+#include "t4d/error.h"
 
 namespace t4d::model {
 

@@ -1,5 +1,3 @@
-#include "model/slab.h"
-
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -7,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "model/slab_groups.h"
+#include "t4d/mesh.h"
 
 namespace t4d::model {
 

@@ -4,8 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "model/geometry.h"
-#include "model/slab.h"
+#include "t4d/mesh.h"
 
 namespace t4d::model {
 

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "model/slab.h"
+#include "t4d/mesh.h"
 
 namespace t4d::model {
 

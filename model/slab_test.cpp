@@ -1,11 +1,11 @@
-#include "model/slab.h"
-
 #include <bit>
 #include <cstring>
 #include <functional>
 #include <limits>
 
 #include <gtest/gtest.h>
+
+#include "t4d/mesh.h"
 
 namespace t4d::model {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "model/slab.h"
+#include "t4d/mesh.h"
 
 namespace t4d::model {
 

@@ -1,4 +1,4 @@
-#include "model/streamed_slab.h"
+#include "t4d/mesh.h"
 
 namespace t4d::model {
 

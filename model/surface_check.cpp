@@ -4,9 +4,9 @@
 
 #include <fmt/format.h>
 
-#include "model/no_index.h"
 #include "model/surface_edges.h"
 #include "model/union_find.h"
+#include "t4d/mesh.h"
 
 namespace t4d::model {
 namespace {

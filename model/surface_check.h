@@ -1,7 +1,7 @@
 #pragma once
 
-#include "model/error.h"
-#include "model/triangle_mesh.h"
+#include "t4d/error.h"
+#include "t4d/surface.h"
 
 namespace t4d::model {
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "model/triangle_mesh.h"
 #include "model/union_find.h"
+#include "t4d/surface.h"
 
 namespace t4d::model {
 

@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "model/no_index.h"
-#include "model/triangle_mesh.h"
 #include "model/union_find.h"
+#include "t4d/mesh.h"
+#include "t4d/surface.h"
 
 /// How the triangles of a surface meet at its edges, for surfaces of any kind: open, with three or
 /// more triangles at an edge, with orientations that disagree.

@@ -1,5 +1,3 @@
-#include "model/times.h"
-
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -8,8 +6,8 @@
 #include <limits>
 #include <string>
 
-#include "model/slab.h"
 #include "model/slab_groups.h"
+#include "t4d/mesh.h"
 
 namespace t4d::model {
 namespace {

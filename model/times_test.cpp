@@ -1,5 +1,3 @@
-#include "model/times.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -7,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "model/slab.h"
+#include "t4d/mesh.h"
 
 namespace t4d::model {
 namespace {

@@ -1,11 +1,11 @@
-#include "model/transformed.h"
-
 #include <algorithm>
 #include <span>
 #include <utility>
 
 #include <Eigen/LU>
 #include <fmt/format.h>
+
+#include "t4d/mesh.h"
 
 namespace t4d::model {
 namespace {

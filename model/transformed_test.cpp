@@ -1,5 +1,3 @@
-#include "model/transformed.h"
-
 #include <array>
 #include <cstring>
 #include <memory>
@@ -11,9 +9,10 @@
 
 #include "fixtures/pieces.h"
 #include "fixtures/solids.h"
-#include "measure/mesh_check.h"
-#include "mesh4d/sweep.h"
-#include "model/motion.h"
+#include "t4d/check.h"
+#include "t4d/mesh.h"
+#include "t4d/motion.h"
+#include "t4d/sweep.h"
 
 namespace t4d::model {
 namespace {

@@ -1,5 +1,3 @@
-#include "model/triangle_mesh.h"
-
 #include <algorithm>
 #include <numeric>
 
@@ -8,6 +6,7 @@
 #include "model/exact_sum.h"
 #include "model/unit_scale.h"
 #include "model/volume.h"
+#include "t4d/surface.h"
 
 namespace t4d::model {
 namespace {

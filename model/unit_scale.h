@@ -3,8 +3,8 @@
 #include <initializer_list>
 #include <span>
 
-#include "model/slab.h"
-#include "model/triangle_mesh.h"
+#include "t4d/mesh.h"
+#include "t4d/surface.h"
 
 /// Products and squares of coordinates leave the range of doubles beyond some 1e50 and below 1e-50.
 /// Code that computes them scales its input to a size of about 1, and its results back.

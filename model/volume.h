@@ -2,7 +2,7 @@
 
 #include <span>
 
-#include "model/triangle_mesh.h"
+#include "t4d/surface.h"
 
 namespace t4d::model {
 

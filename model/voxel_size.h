@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "model/error.h"
+#include "t4d/error.h"
 
 /// What a voxel size is refused for, whatever the voxels are of.
 namespace t4d::model {

@@ -10,7 +10,7 @@
 
 #include <sys/types.h>
 
-#include "model/error.h"
+#include "t4d/error.h"
 
 /// Runs other programs, and reports how they ended, whatever they do.
 namespace t4d::platform {

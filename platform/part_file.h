@@ -6,8 +6,8 @@
 #include <span>
 #include <string_view>
 
-#include "model/error.h"
 #include "platform/cleanup.h"
+#include "t4d/error.h"
 
 namespace t4d::platform {
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 
-#include "model/error.h"
+#include "t4d/error.h"
 
 namespace t4d::platform {
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "model/error.h"
+#include "t4d/error.h"
 
 /// The rule for output files that the user did not name: those in an output folder, and the
 /// numbered parts and companions of an output file. They replace only files that t4d wrote, and

@@ -5,7 +5,7 @@
 #include <span>
 #include <utility>
 
-#include "model/error.h"
+#include "t4d/error.h"
 
 namespace t4d::platform {
 

@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <string>
 
-#include "model/error.h"
 #include "platform/cleanup.h"
+#include "t4d/error.h"
 
 namespace t4d::platform {
 

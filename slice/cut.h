@@ -6,9 +6,8 @@
 #include <unordered_map>
 #include <vector>
 
-#include "model/no_index.h"
-#include "model/slab.h"
-#include "model/triangle_mesh.h"
+#include "t4d/mesh.h"
+#include "t4d/surface.h"
 
 namespace t4d::slice {
 

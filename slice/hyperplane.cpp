@@ -1,9 +1,9 @@
-#include "slice/hyperplane.h"
-
 #include <cmath>
 
 #include <Eigen/LU>
 #include <fmt/format.h>
+
+#include "t4d/slice.h"
 
 namespace t4d::slice {
 

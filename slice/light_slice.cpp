@@ -1,5 +1,3 @@
-#include "slice/light_slice.h"
-
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -11,11 +9,12 @@
 #include <fmt/format.h>
 
 #include "model/corner_attributes.h"
-#include "model/no_index.h"
 #include "slice/prisms.h"
 #include "slice/slab_at_time.h"
 #include "slice/slab_cutter.h"
 #include "slice/surface_motion.h"
+#include "t4d/mesh.h"
+#include "t4d/slice.h"
 
 namespace t4d::slice {
 

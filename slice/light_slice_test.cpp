@@ -1,5 +1,3 @@
-#include "slice/light_slice.h"
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -9,8 +7,9 @@
 
 #include "fixtures/solids.h"
 #include "measure/surface_distance.h"
-#include "mesh4d/sweep.h"
 #include "slice/prisms.h"
+#include "t4d/slice.h"
+#include "t4d/sweep.h"
 
 namespace t4d::slice {
 namespace {

@@ -12,7 +12,7 @@
 
 #include <Eigen/Geometry>
 
-#include "model/no_index.h"
+#include "t4d/mesh.h"
 
 namespace t4d::slice {
 namespace {

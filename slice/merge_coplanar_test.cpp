@@ -6,8 +6,8 @@
 
 #include "fixtures/solids.h"
 #include "measure/surface_distance.h"
-#include "mesh4d/sweep.h"
-#include "slice/slice.h"
+#include "t4d/slice.h"
+#include "t4d/sweep.h"
 
 namespace t4d::slice {
 namespace {

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "model/no_index.h"
+#include "t4d/mesh.h"
 
 namespace t4d::slice {
 namespace {

@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "model/slab.h"
-#include "model/triangle_mesh.h"
+#include "t4d/mesh.h"
+#include "t4d/surface.h"
 
 namespace t4d::slice {
 

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <optional>
 
-#include "model/slab.h"
+#include "t4d/mesh.h"
 
 namespace t4d::slice {
 

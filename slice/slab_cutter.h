@@ -8,11 +8,10 @@
 
 #include "model/layered_slab.h"
 #include "model/shared_parts.h"
-#include "model/slab.h"
 #include "model/slab_blocks.h"
 #include "slice/cut.h"
-#include "slice/hyperplane.h"
-#include "slice/slice.h"
+#include "t4d/mesh.h"
+#include "t4d/slice.h"
 
 namespace t4d::slice {
 

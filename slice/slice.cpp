@@ -1,4 +1,4 @@
-#include "slice/slice.h"
+#include "t4d/slice.h"
 
 #include <algorithm>
 #include <cstring>

@@ -1,5 +1,3 @@
-#include "slice/slice_at_times.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -7,6 +5,7 @@
 #include <optional>
 
 #include "model/slab_groups.h"
+#include "t4d/slice.h"
 
 namespace t4d::slice {
 namespace {

@@ -1,12 +1,11 @@
-#include "slice/slice_at_times.h"
-
 #include <limits>
 #include <map>
 
 #include <gtest/gtest.h>
 
 #include "fixtures/solids.h"
-#include "mesh4d/sweep.h"
+#include "t4d/slice.h"
+#include "t4d/sweep.h"
 
 namespace t4d::slice {
 namespace {

@@ -1,4 +1,4 @@
-#include "slice/slice.h"
+#include "t4d/slice.h"
 
 #include <algorithm>
 #include <array>
@@ -9,13 +9,11 @@
 #include <gtest/gtest.h>
 
 #include "fixtures/solids.h"
-#include "formats/t4d/reader.h"
-#include "formats/t4d/writer.h"
-#include "mesh4d/sweep.h"
-#include "model/sinks.h"
 #include "model/units.h"
 #include "platform/test_folder.h"
-#include "slice/light_slice.h"
+#include "t4d/file.h"
+#include "t4d/mesh.h"
+#include "t4d/sweep.h"
 
 namespace t4d::slice {
 namespace {

@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "model/slab.h"
 #include "slice/cut.h"
-#include "slice/slice.h"
+#include "t4d/mesh.h"
+#include "t4d/slice.h"
 
 namespace t4d::slice {
 

@@ -4,8 +4,8 @@
 #include <limits>
 #include <string_view>
 
-#include "model/error.h"
-#include "slice/slice.h"
+#include "t4d/error.h"
+#include "t4d/slice.h"
 
 namespace t4d::slice {
 

@@ -9,8 +9,8 @@
 #include <gtest/gtest.h>
 
 #include "fixtures/solids.h"
-#include "mesh4d/sweep.h"
-#include "slice/light_slice.h"
+#include "t4d/slice.h"
+#include "t4d/sweep.h"
 
 namespace t4d::slice {
 namespace {

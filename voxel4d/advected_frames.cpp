@@ -8,7 +8,7 @@
 #include <openvdb/tools/Prune.h>
 #include <openvdb/tree/LeafManager.h>
 
-#include "model/times.h"
+#include "t4d/mesh.h"
 #include "voxel4d/surface_band.h"
 #include "voxel4d/vdb_grid.h"
 

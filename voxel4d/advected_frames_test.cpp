@@ -8,12 +8,12 @@
 #include <tbb/global_control.h>
 
 #include "fixtures/splash.h"
-#include "measure/solid_measures.h"
 #include "measure/surface_distance.h"
-#include "model/times.h"
-#include "slice/slice.h"
+#include "t4d/check.h"
+#include "t4d/mesh.h"
+#include "t4d/slice.h"
+#include "t4d/weave.h"
 #include "voxel4d/sampled_frames.h"
-#include "voxel4d/weave.h"
 
 namespace t4d::voxel4d {
 namespace {

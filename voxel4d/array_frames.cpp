@@ -1,5 +1,3 @@
-#include "voxel4d/array_frames.h"
-
 #include <algorithm>
 #include <cmath>
 #include <type_traits>
@@ -8,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "model/voxel_size.h"
+#include "t4d/frames.h"
 #include "voxel4d/sample_box.h"
 
 namespace t4d::voxel4d {

@@ -1,14 +1,13 @@
-#include "voxel4d/array_frames.h"
-
 #include <cmath>
 #include <memory>
 #include <numbers>
 
 #include <gtest/gtest.h>
 
-#include "measure/mesh_check.h"
+#include "t4d/check.h"
+#include "t4d/frames.h"
+#include "t4d/weave.h"
 #include "voxel4d/sampled_frames.h"
-#include "voxel4d/weave.h"
 
 namespace t4d::voxel4d {
 namespace {

@@ -9,10 +9,10 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "measure/solid_measures.h"
-#include "slice/slice_at_times.h"
+#include "t4d/check.h"
+#include "t4d/slice.h"
+#include "t4d/weave.h"
 #include "voxel4d/sampled_frames.h"
-#include "voxel4d/weave.h"
 
 /// The table of volumes between frames in docs/weave.md, and what holds of it.
 namespace t4d::voxel4d {

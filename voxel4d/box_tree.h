@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "model/geometry.h"
+#include "t4d/mesh.h"
 
 namespace t4d::voxel4d {
 

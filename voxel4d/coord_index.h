@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "voxel4d/frame.h"
+#include "t4d/frames.h"
 
 namespace t4d::voxel4d {
 

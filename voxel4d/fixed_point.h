@@ -7,7 +7,7 @@
 #include <optional>
 #include <span>
 
-#include "model/triangle_mesh.h"
+#include "t4d/surface.h"
 
 /// Integer coordinates, in which it is decided exactly what triangle a line along an axis crosses.
 /// For the sources of this folder only.

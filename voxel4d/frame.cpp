@@ -1,11 +1,10 @@
-#include "voxel4d/frame.h"
-
 #include <algorithm>
 #include <bit>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "t4d/frames.h"
 #include "voxel4d/frame_file.h"
 
 namespace t4d::voxel4d {

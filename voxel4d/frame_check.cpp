@@ -9,7 +9,7 @@
 #include <tbb/parallel_for.h>
 
 #include "model/limits.h"
-#include "voxel4d/frame.h"
+#include "t4d/frames.h"
 #include "voxel4d/occupancy.h"
 
 namespace t4d::voxel4d {

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "model/sinks.h"
-#include "voxel4d/weave.h"
+#include "t4d/mesh.h"
+#include "t4d/weave.h"
 
 namespace t4d::voxel4d {
 namespace {

@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "t4d/frames.h"
 #include "voxel4d/coord_index.h"
-#include "voxel4d/frame.h"
 #include "voxel4d/frame_file.h"
 #include "voxel4d/indexed_frame.h"
 #include "voxel4d/sample_box.h"

@@ -5,8 +5,8 @@
 
 #include <tbb/parallel_for.h>
 
-#include "model/no_index.h"
 #include "model/union_find.h"
+#include "t4d/mesh.h"
 
 namespace t4d::voxel4d {
 namespace {

@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "t4d/weave.h"
 #include "voxel4d/indexed_frame.h"
-#include "voxel4d/lost_part.h"
 
 namespace t4d::voxel4d {
 

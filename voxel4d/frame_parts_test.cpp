@@ -6,9 +6,9 @@
 
 #include <gtest/gtest.h>
 
-#include "model/sinks.h"
-#include "voxel4d/array_frames.h"
-#include "voxel4d/weave.h"
+#include "t4d/frames.h"
+#include "t4d/mesh.h"
+#include "t4d/weave.h"
 
 namespace t4d::voxel4d {
 namespace {

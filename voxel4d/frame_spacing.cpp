@@ -10,7 +10,7 @@
 #include "model/amount_text.h"
 #include "model/degrees.h"
 #include "model/limits.h"
-#include "model/times.h"
+#include "t4d/mesh.h"
 
 namespace t4d::voxel4d {
 namespace {

@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
-#include "model/motion.h"
-#include "model/slab.h"
-#include "model/triangle_mesh.h"
+#include "t4d/mesh.h"
+#include "t4d/motion.h"
+#include "t4d/surface.h"
 
 /// How close in time the frames of a motion must be. Between two frames the voxel method can only
 /// blend: a part that moves by more than a voxel in between comes out too thin.

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "fixtures/solids.h"
-#include "voxel4d/voxelize.h"
+#include "t4d/weave.h"
 
 namespace t4d::voxel4d {
 namespace {

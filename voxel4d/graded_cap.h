@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "model/slab.h"
+#include "t4d/mesh.h"
 #include "voxel4d/frame_layer.h"
 
 namespace t4d::voxel4d {

@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "measure/mesh_check.h"
-#include "voxel4d/weave.h"
+#include "t4d/check.h"
+#include "t4d/weave.h"
 
 namespace t4d::voxel4d {
 namespace {

@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
+#include "t4d/frames.h"
 #include "voxel4d/coord_index.h"
-#include "voxel4d/frame.h"
 
 namespace t4d::voxel4d {
 

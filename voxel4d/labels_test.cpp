@@ -7,9 +7,9 @@
 #include <gtest/gtest.h>
 
 #include "measure/triangle_tree.h"
-#include "slice/slice.h"
-#include "voxel4d/array_frames.h"
-#include "voxel4d/weave.h"
+#include "t4d/frames.h"
+#include "t4d/slice.h"
+#include "t4d/weave.h"
 
 /// Labels that fill space together, each woven by itself.
 namespace t4d::voxel4d {

@@ -9,10 +9,10 @@
 
 #include <gtest/gtest.h>
 
-#include "measure/mesh_check.h"
-#include "slice/slice.h"
-#include "voxel4d/array_frames.h"
-#include "voxel4d/weave.h"
+#include "t4d/check.h"
+#include "t4d/frames.h"
+#include "t4d/slice.h"
+#include "t4d/weave.h"
 
 namespace t4d::voxel4d {
 namespace {

@@ -1,6 +1,6 @@
-#include "voxel4d/moving_solid.h"
-
 #include <utility>
+
+#include "t4d/weave.h"
 
 namespace t4d::voxel4d {
 

@@ -2,8 +2,8 @@
 
 #include <span>
 
-#include "model/triangle_mesh.h"
-#include "voxel4d/frame.h"
+#include "t4d/frames.h"
+#include "t4d/surface.h"
 #include "voxel4d/union_surface.h"
 
 namespace t4d::voxel4d {

@@ -9,7 +9,7 @@
 #include <tbb/global_control.h>
 
 #include "fixtures/solids.h"
-#include "model/motion.h"
+#include "t4d/motion.h"
 
 namespace t4d::voxel4d {
 namespace {

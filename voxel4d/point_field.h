@@ -9,8 +9,8 @@
 #include <optional>
 #include <string>
 
-#include "model/part.h"
-#include "voxel4d/frame.h"
+#include "t4d/frames.h"
+#include "t4d/mesh.h"
 
 namespace t4d::voxel4d {
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "model/error.h"
+#include "t4d/error.h"
 
 namespace t4d::voxel4d {
 

@@ -6,10 +6,10 @@
 #include <openvdb/io/File.h>
 
 #include "fixtures/solids.h"
-#include "measure/silhouette.h"
 #include "measure/visit_fields.h"
-#include "mesh4d/sweep.h"
 #include "platform/test_folder.h"
+#include "t4d/envelope.h"
+#include "t4d/sweep.h"
 #include "voxel4d/vdb_file.h"
 #include "voxel4d/vdb_grid.h"
 

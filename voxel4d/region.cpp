@@ -1,10 +1,10 @@
-#include "voxel4d/region.h"
-
 #include <algorithm>
 #include <charconv>
 #include <vector>
 
 #include <fmt/format.h>
+
+#include "t4d/frames.h"
 
 namespace t4d::voxel4d {
 namespace {

@@ -5,8 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "voxel4d/frame.h"
-#include "voxel4d/region.h"
+#include "t4d/frames.h"
 
 namespace t4d::voxel4d {
 

@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "model/layer_pose.h"
+#include "t4d/mesh.h"
 
 namespace t4d::voxel4d {
 

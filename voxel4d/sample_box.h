@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "voxel4d/frame.h"
+#include "t4d/frames.h"
 #include "voxel4d/sample_type.h"
 
 /// Frames of dense samples, which stay in their own type and order: one pass finds the signs of the

@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "voxel4d/frame.h"
+#include "t4d/frames.h"
 
 namespace t4d::voxel4d {
 

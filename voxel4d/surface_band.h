@@ -2,7 +2,7 @@
 
 #include <openvdb/openvdb.h>
 
-#include "model/error.h"
+#include "t4d/error.h"
 #include "voxel4d/velocity.h"
 
 namespace t4d::voxel4d {

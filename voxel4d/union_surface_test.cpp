@@ -10,10 +10,10 @@
 
 #include "fixtures/solids.h"
 #include "measure/winding_number.h"
+#include "t4d/weave.h"
 #include "voxel4d/convex_pieces.h"
 #include "voxel4d/occupancy.h"
 #include "voxel4d/vdb_grid.h"
-#include "voxel4d/voxelize.h"
 
 namespace t4d::voxel4d {
 namespace {

@@ -9,7 +9,7 @@
 
 #include <openvdb/openvdb.h>
 
-#include "model/error.h"
+#include "t4d/error.h"
 #include "voxel4d/vdb_grid.h"
 #include "voxel4d/vdb_stream.h"
 #include "voxel4d/vdb_tree.h"

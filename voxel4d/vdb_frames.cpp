@@ -1,5 +1,3 @@
-#include "voxel4d/vdb_frames.h"
-
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -7,7 +5,8 @@
 #include <fmt/format.h>
 
 #include "model/limits.h"
-#include "model/times.h"
+#include "t4d/frames.h"
+#include "t4d/mesh.h"
 #include "voxel4d/advected_frames.h"
 #include "voxel4d/frame_spacing.h"
 #include "voxel4d/occupancy.h"

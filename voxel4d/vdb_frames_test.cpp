@@ -1,5 +1,3 @@
-#include "voxel4d/vdb_frames.h"
-
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -12,8 +10,9 @@
 #include <tbb/global_control.h>
 
 #include "platform/test_folder.h"
+#include "t4d/frames.h"
+#include "t4d/weave.h"
 #include "voxel4d/natural_order.h"
-#include "voxel4d/weave.h"
 
 namespace t4d::voxel4d {
 namespace {

@@ -5,8 +5,8 @@
 
 #include <openvdb/openvdb.h>
 
-#include "model/triangle_mesh.h"
-#include "voxel4d/frame.h"
+#include "t4d/frames.h"
+#include "t4d/surface.h"
 #include "voxel4d/occupancy.h"
 
 /// Conversion between OpenVDB grids and frames. For the sources of this folder only: public headers

@@ -8,7 +8,7 @@
 
 #include <openvdb/openvdb.h>
 
-#include "model/error.h"
+#include "t4d/error.h"
 #include "voxel4d/vdb_file.h"
 #include "voxel4d/vdb_grid.h"
 

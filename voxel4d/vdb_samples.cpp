@@ -6,7 +6,7 @@
 #include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
 
-#include "voxel4d/vdb_frames.h"
+#include "t4d/frames.h"
 #include "voxel4d/vdb_grid.h"
 
 namespace t4d::voxel4d {

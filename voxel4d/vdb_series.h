@@ -6,10 +6,10 @@
 
 #include <openvdb/openvdb.h>
 
-#include "model/error.h"
-#include "model/part.h"
 #include "platform/cleanup.h"
 #include "platform/part_file.h"
+#include "t4d/error.h"
+#include "t4d/mesh.h"
 
 namespace t4d::voxel4d {
 

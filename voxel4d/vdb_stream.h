@@ -11,7 +11,7 @@
 
 #include <fmt/format.h>
 
-#include "model/error.h"
+#include "t4d/error.h"
 
 /// Bytes of an untrusted .vdb file. For the sources of this folder only.
 namespace t4d::voxel4d {

@@ -7,7 +7,7 @@
 
 #include <openvdb/openvdb.h>
 
-#include "voxel4d/frame.h"
+#include "t4d/frames.h"
 #include "voxel4d/frame_file.h"
 #include "voxel4d/vdb_stream.h"
 

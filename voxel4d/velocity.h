@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
-#include "model/error.h"
-#include "voxel4d/frame.h"
+#include "t4d/error.h"
+#include "t4d/frames.h"
 
 namespace t4d::voxel4d {
 

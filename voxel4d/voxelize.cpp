@@ -1,5 +1,3 @@
-#include "voxel4d/voxelize.h"
-
 #include <algorithm>
 #include <optional>
 #include <utility>
@@ -7,9 +5,10 @@
 #include <fmt/format.h>
 
 #include "model/voxel_size.h"
+#include "t4d/frames.h"
+#include "t4d/weave.h"
 #include "voxel4d/frame_parts.h"
 #include "voxel4d/occupancy.h"
-#include "voxel4d/vdb_frames.h"
 #include "voxel4d/vdb_grid.h"
 #include "voxel4d/vdb_series.h"
 

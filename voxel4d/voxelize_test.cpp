@@ -1,5 +1,3 @@
-#include "voxel4d/voxelize.h"
-
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -9,9 +7,9 @@
 
 #include "fixtures/solids.h"
 #include "platform/test_folder.h"
+#include "t4d/frames.h"
+#include "t4d/weave.h"
 #include "voxel4d/frame_spacing.h"
-#include "voxel4d/vdb_frames.h"
-#include "voxel4d/weave.h"
 
 namespace t4d::voxel4d {
 namespace {

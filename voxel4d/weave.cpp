@@ -1,4 +1,4 @@
-#include "voxel4d/weave.h"
+#include "t4d/weave.h"
 
 #include <cmath>
 
@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 
 #include "model/limits.h"
-#include "model/transformed.h"
 #include "platform/freed_memory.h"
+#include "t4d/mesh.h"
 #include "voxel4d/frame_layer.h"
 #include "voxel4d/frame_parts.h"
 #include "voxel4d/graded_cap.h"

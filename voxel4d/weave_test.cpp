@@ -1,4 +1,4 @@
-#include "voxel4d/weave.h"
+#include "t4d/weave.h"
 
 #include <array>
 #include <cmath>
@@ -10,8 +10,8 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "measure/mesh_check.h"
-#include "model/sinks.h"
+#include "t4d/check.h"
+#include "t4d/mesh.h"
 #include "voxel4d/frame_layer.h"
 #include "voxel4d/sampled_frames.h"
 

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "model/streamed_slab.h"
+#include "t4d/mesh.h"
 #include "voxel4d/coord_index.h"
 #include "voxel4d/frame_layer.h"
 #include "voxel4d/mask_distance.h"

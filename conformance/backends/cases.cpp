@@ -2,12 +2,13 @@
 #include <cmath>
 #include <numbers>
 
-#include "conformance/backends/case.h"
+#include "conformance/backends/milling.h"
 #include "fixtures/motions.h"
 #include "fixtures/solids.h"
-#include "formats/motion/motion_reader.h"
-#include "mesh4d/sweep.h"
 #include "model/degrees.h"
+#include "t4d/conformance.h"
+#include "t4d/motion.h"
+#include "t4d/sweep.h"
 
 namespace t4d::conformance {
 namespace {
@@ -141,7 +142,8 @@ Case milledCase(Field field, const model::Bounds3& box, const Surface& surface,
   assert(motion);
   Case made = fieldCase(
       std::move(field), [=](double) { return surface; }, std::move(voxelSizes));
-  made.milling = {meshOf(box), tool, start, std::move(*motion)};
+  made.milling =
+      std::make_shared<const Milling>(Milling{meshOf(box), tool, start, std::move(*motion)});
   return made;
 }
 

@@ -1,5 +1,3 @@
-#include "conformance/backends/expectations.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -12,6 +10,7 @@
 #include "measure/triangle_tree.h"
 #include "mesh4d/steps.h"
 #include "model/degrees.h"
+#include "t4d/conformance.h"
 #include "voxel4d/frame_layer.h"
 
 namespace t4d::conformance {

@@ -1,5 +1,5 @@
 #include "conformance/backends/own_backends.h"
-#include "mesh4d/sweep.h"
+#include "t4d/sweep.h"
 
 namespace t4d::conformance {
 namespace {

@@ -1,6 +1,7 @@
+#include "conformance/backends/milling.h"
 #include "conformance/backends/own_backends.h"
 #include "mill/mill.h"
-#include "model/times.h"
+#include "t4d/mesh.h"
 
 namespace t4d::conformance {
 namespace {
@@ -13,7 +14,7 @@ double toolTolerance(const Resolution& resolution) {
 class MillBackend : public Backend {
  public:
   std::string name() const override { return "mill"; }
-  bool supports(const Case& given) const override { return given.milling.has_value(); }
+  bool supports(const Case& given) const override { return given.milling != nullptr; }
   std::vector<Resolution> resolutions(const Case& given) const override {
     return voxelResolutions(given);
   }

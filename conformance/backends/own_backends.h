@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "conformance/backends/backend.h"
+#include "t4d/conformance.h"
 
 namespace t4d::conformance {
 

@@ -6,11 +6,11 @@
 #include <fmt/format.h>
 
 #include "formats/output_folder.h"
-#include "formats/t4d/reader.h"
-#include "formats/triangle/triangle_mesh_writer.h"
 #include "platform/child_process.h"
 #include "platform/replaceable.h"
 #include "platform/temporary_folder.h"
+#include "t4d/file.h"
+#include "t4d/surface.h"
 
 namespace t4d::conformance {
 namespace {

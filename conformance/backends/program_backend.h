@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "conformance/backends/backend.h"
+#include "t4d/conformance.h"
 
 namespace t4d::conformance {
 

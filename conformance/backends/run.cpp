@@ -1,5 +1,3 @@
-#include "conformance/backends/run.h"
-
 #include <algorithm>
 #include <cmath>
 #include <mutex>
@@ -9,6 +7,7 @@
 #include <tbb/task_arena.h>
 
 #include "platform/stopwatch.h"
+#include "t4d/conformance.h"
 
 namespace t4d::conformance {
 namespace {

@@ -1,16 +1,15 @@
-#include "conformance/backends/run.h"
-
 #include <set>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include "conformance/backends/milling.h"
 #include "conformance/backends/own_backends.h"
-#include "mesh4d/sweep.h"
+#include "t4d/conformance.h"
+#include "t4d/sweep.h"
+#include "t4d/weave.h"
 #include "voxel4d/sampled_frames.h"
-#include "voxel4d/voxelize.h"
-#include "voxel4d/weave.h"
 
 namespace t4d::conformance {
 namespace {
@@ -190,26 +189,27 @@ TEST(Backends, AnObstacleThatGoesThroughTheWholeSolidLeavesNoWayOut) {
 }
 
 TEST(Backends, WrongMillsAreCaught) {
-  const auto milledBy = [](const std::function<void(Case&)>& change) {
+  const auto milledBy = [](const std::function<void(Milling&)>& change) {
     return OwnBackend(millBackend(), [=](Case given, const Resolution& at, model::Sink& sink) {
-      change(given);
+      auto changed = std::make_shared<Milling>(*given.milling);
+      change(*changed);
+      given.milling = changed;
       return millBackend()->build(given, at, sink);
     });
   };
   const Case given = caseOf("parted-block");
-  const auto failed = [&](const std::function<void(Case&)>& change) {
+  const auto failed = [&](const std::function<void(Milling&)>& change) {
     return failedOf(runCase(given, milledBy(change), true));
   };
   // A tool that is a tenth too wide, one that does not go through, and one that stops on the way.
-  EXPECT_THAT(failed([](Case& c) { c.milling->tool.diameter *= 1.1; }),
+  EXPECT_THAT(failed([](Milling& milling) { milling.tool.diameter *= 1.1; }),
               testing::Contains("order of convergence of the hypervolume"));
-  EXPECT_THAT(failed([](Case& c) { c.milling->start.z() = 1.1; }),
+  EXPECT_THAT(failed([](Milling& milling) { milling.start.z() = 1.1; }),
               testing::Contains("h = 1: slice at 1: surfaces"));
-  EXPECT_THAT(
-      failed([](Case& c) {
-        c.milling->motion = *model::chainScrews(0, std::vector<model::ScrewRun>{{1, {}, 1}});
-      }),
-      testing::Contains("h = 1: slice at 1: volume"));
+  EXPECT_THAT(failed([](Milling& milling) {
+                milling.motion = *model::chainScrews(0, std::vector<model::ScrewRun>{{1, {}, 1}});
+              }),
+              testing::Contains("h = 1: slice at 1: volume"));
 }
 
 /// Woven at the wrong voxel size or the wrong times.

@@ -1,8 +1,7 @@
 #include "conformance/backends/own_backends.h"
+#include "t4d/weave.h"
 #include "voxel4d/frame_spacing.h"
 #include "voxel4d/sampled_frames.h"
-#include "voxel4d/voxelize.h"
-#include "voxel4d/weave.h"
 
 namespace t4d::conformance {
 namespace {

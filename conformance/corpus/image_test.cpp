@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "conformance/corpus/shapes.h"
-#include "formats/t4d/writer.h"
 #include "platform/test_folder.h"
+#include "t4d/file.h"
 
 namespace t4d::conformance {
 namespace {

@@ -9,9 +9,8 @@
 
 #include "formats/t4d/chunk_list.h"
 #include "formats/t4d/layout.h"
-#include "formats/t4d/reader.h"
-#include "formats/t4d/stream.h"
 #include "platform/test_folder.h"
+#include "t4d/file.h"
 #include "tests/paths.h"
 
 namespace t4d::conformance {

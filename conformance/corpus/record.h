@@ -9,8 +9,7 @@
 
 #include "formats/t4d/array_codec.h"
 #include "formats/t4d/layout.h"
-#include "model/attribute.h"
-#include "model/slab.h"
+#include "t4d/mesh.h"
 
 /// Payloads of chunks with named fields, so that a single field can be corrupted.
 namespace t4d::conformance {

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "model/facets.h"
-#include "model/triangle_mesh.h"
+#include "t4d/surface.h"
 
 namespace t4d::conformance {
 

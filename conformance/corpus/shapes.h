@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include "model/slab.h"
+#include "t4d/mesh.h"
 
 /// Small closed 4D meshes whose hypervolume and slices have closed forms. Positions are computed
 /// with +, -, *, / of decimal numbers only, so they have the same bits on every platform.

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "model/error.h"
+#include "t4d/error.h"
 
 /// The parts of an indexed file that a slice at a time reads (SPEC.md, the appendix).
 namespace t4d::conformance {

@@ -6,7 +6,7 @@
 
 #include "conformance/corpus/corpus.h"
 #include "conformance/driver/case_choice.h"
-#include "model/error.h"
+#include "t4d/error.h"
 
 /// The cases for a reader under test: the files of the corpus, and damaged copies of the valid
 /// ones.

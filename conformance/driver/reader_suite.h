@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "conformance/driver/evaluate.h"
-#include "model/slab.h"
+#include "t4d/mesh.h"
 
 /// Runs a reader on its cases, several at a time.
 namespace t4d::conformance {

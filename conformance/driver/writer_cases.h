@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "formats/t4d/metadata.h"
-#include "model/slab.h"
+#include "t4d/file.h"
+#include "t4d/mesh.h"
 
 /// The meshes that a writer under test has to store.
 namespace t4d::conformance {

@@ -14,10 +14,10 @@
 #include "conformance/corpus/corpus.h"
 #include "formats/output_folder.h"
 #include "formats/t4d/chunk_list.h"
-#include "formats/t4d/reader.h"
-#include "measure/mesh_check.h"
 #include "platform/replaceable.h"
 #include "platform/temporary_folder.h"
+#include "t4d/check.h"
+#include "t4d/file.h"
 
 namespace t4d::conformance {
 namespace {

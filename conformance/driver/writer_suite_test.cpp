@@ -6,9 +6,8 @@
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
-#include "formats/t4d/reader.h"
-#include "formats/t4d/writer.h"
 #include "platform/test_folder.h"
+#include "t4d/file.h"
 
 namespace t4d::conformance {
 namespace {

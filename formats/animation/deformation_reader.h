@@ -6,10 +6,10 @@
 #include <span>
 #include <vector>
 
-#include "formats/triangle/triangle_mesh_reader.h"
-#include "model/times.h"
-#include "model/vertex_keys.h"
 #include "platform/file_format.h"
+#include "t4d/mesh.h"
+#include "t4d/motion.h"
+#include "t4d/surface.h"
 
 namespace t4d::formats {
 

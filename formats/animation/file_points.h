@@ -3,7 +3,7 @@
 #include <span>
 #include <string>
 
-#include "formats/triangle/triangle_mesh_reader.h"
+#include "t4d/surface.h"
 
 namespace t4d::formats {
 

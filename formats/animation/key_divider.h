@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "model/error.h"
-#include "model/times.h"
-#include "model/triangle_mesh.h"
+#include "t4d/error.h"
+#include "t4d/mesh.h"
+#include "t4d/surface.h"
 
 namespace t4d::formats {
 

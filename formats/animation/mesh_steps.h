@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "formats/triangle/triangle_mesh_reader.h"
 #include "platform/file_format.h"
+#include "t4d/surface.h"
 
 /// A series of triangle meshes: numbered files, or those that a collection (.pvd) lists.
 namespace t4d::formats {

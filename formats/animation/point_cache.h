@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "formats/t4d/byte_source.h"
-#include "model/geometry.h"
+#include "t4d/mesh.h"
 
 namespace t4d::formats {
 

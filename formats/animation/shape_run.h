@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "formats/animation/key_divider.h"
-#include "model/motion.h"
+#include "t4d/motion.h"
 
 namespace t4d::formats {
 

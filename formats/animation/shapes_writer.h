@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "formats/triangle/triangle_mesh_writer.h"
-#include "model/error.h"
+#include "t4d/error.h"
+#include "t4d/surface.h"
 
 namespace t4d::formats {
 

@@ -20,7 +20,7 @@
 #include "formats/gltf/gltf_shape.h"
 #include "formats/t4d/names.h"
 #include "model/amount_text.h"
-#include "model/times.h"
+#include "t4d/mesh.h"
 
 namespace t4d::formats {
 namespace {

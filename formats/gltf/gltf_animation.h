@@ -7,11 +7,10 @@
 #include <vector>
 
 #include "formats/input_file.h"
-#include "formats/triangle/triangle_mesh_reader.h"
 #include "model/chords.h"
-#include "model/motion.h"
-#include "model/vertex_keys.h"
 #include "platform/file_format.h"
+#include "t4d/motion.h"
+#include "t4d/surface.h"
 
 namespace t4d::formats {
 

@@ -15,6 +15,7 @@
 #include "formats/gltf/meshopt_pack.h"
 #include "formats/t4d/names.h"
 #include "formats/text/base64.h"
+#include "formats/triangle/vertex_normals.h"
 #include "formats/triangle/written_mesh.h"
 #include "model/amount_text.h"
 #include "model/corner_attributes.h"

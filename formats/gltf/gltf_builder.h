@@ -14,6 +14,7 @@
 #include "formats/gltf/gltf_writer.h"
 #include "formats/output_file.h"
 #include "formats/triangle/rounding_loss.h"
+#include "formats/triangle/vertex_normals.h"
 
 namespace t4d::formats {
 

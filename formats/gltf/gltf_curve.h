@@ -7,7 +7,7 @@
 
 #include "formats/animation/curve_bound.h"
 #include "formats/gltf/gltf_model.h"
-#include "model/motion.h"
+#include "t4d/motion.h"
 
 namespace t4d::formats {
 

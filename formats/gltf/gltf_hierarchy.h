@@ -11,7 +11,7 @@
 
 #include "formats/gltf/gltf_curve.h"
 #include "formats/gltf/gltf_scene.h"
-#include "model/triangle_mesh.h"
+#include "t4d/surface.h"
 
 namespace t4d::formats {
 

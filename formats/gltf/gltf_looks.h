@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "formats/gltf/gltf_geometry.h"
-#include "model/attribute.h"
+#include "t4d/mesh.h"
 
 namespace t4d::formats {
 

@@ -15,7 +15,7 @@
 #include "formats/gltf/gltf_meshopt.h"
 #include "formats/text/json_check.h"
 #include "formats/text/json_object.h"
-#include "formats/triangle/triangle_mesh_writer.h"
+#include "t4d/surface.h"
 
 namespace t4d::formats {
 namespace {

@@ -9,7 +9,7 @@
 #include <tiny_gltf.h>
 
 #include "formats/input_file.h"
-#include "model/error.h"
+#include "t4d/error.h"
 
 /// What to check before and after tinygltf parses a file.
 namespace t4d::formats {

@@ -8,7 +8,7 @@
 
 #include "formats/gltf/meshopt_pack.h"
 #include "formats/test_files.h"
-#include "formats/triangle/triangle_mesh_writer.h"
+#include "t4d/surface.h"
 
 namespace t4d::formats {
 namespace {

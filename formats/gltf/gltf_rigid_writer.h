@@ -8,8 +8,8 @@
 
 #include <Eigen/Geometry>
 
-#include "formats/triangle/triangle_mesh_writer.h"
-#include "model/error.h"
+#include "t4d/error.h"
+#include "t4d/surface.h"
 
 namespace t4d::formats {
 

@@ -8,7 +8,7 @@
 
 #include "formats/gltf/gltf_geometry.h"
 #include "formats/gltf/gltf_hierarchy.h"
-#include "formats/triangle/triangle_mesh_reader.h"
+#include "t4d/surface.h"
 
 namespace t4d::formats {
 

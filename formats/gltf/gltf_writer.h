@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "formats/output_file.h"
-#include "formats/triangle/triangle_mesh_writer.h"
-#include "model/error.h"
+#include "t4d/error.h"
+#include "t4d/surface.h"
 
 namespace t4d::formats {
 

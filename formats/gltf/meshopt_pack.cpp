@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <meshoptimizer.h>
 
-#include "formats/triangle/triangle_mesh_writer.h"
+#include "t4d/surface.h"
 
 namespace t4d::formats {
 namespace {

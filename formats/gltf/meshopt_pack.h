@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "model/error.h"
+#include "t4d/error.h"
 
 namespace t4d::formats {
 

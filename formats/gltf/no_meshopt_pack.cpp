@@ -1,5 +1,5 @@
 #include "formats/gltf/meshopt_pack.h"
-#include "formats/triangle/triangle_mesh_writer.h"
+#include "t4d/surface.h"
 
 namespace t4d::formats {
 

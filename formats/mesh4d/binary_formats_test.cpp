@@ -15,6 +15,7 @@
 #include "formats/text/base64.h"
 #include "formats/zlib_block.h"
 #include "platform/test_folder.h"
+#include "t4d/file.h"
 
 /// VTU and G4MF as other programs write them.
 namespace t4d::formats {

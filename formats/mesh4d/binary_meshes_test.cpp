@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "formats/mesh4d/test_mesh4d.h"
+#include "t4d/file.h"
 
 /// Binary Gmsh and Medit meshes, byte by byte as their formats are published.
 namespace t4d::formats {

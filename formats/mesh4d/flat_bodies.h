@@ -6,8 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "model/body.h"
-#include "model/slab.h"
+#include "t4d/mesh.h"
 
 namespace t4d::formats {
 

@@ -16,6 +16,7 @@
 #include "formats/mesh4d/g4mf_file.h"
 #include "formats/mesh4d/mesh4d_builder.h"
 #include "model/amount_text.h"
+#include "t4d/file.h"
 
 namespace t4d::formats {
 namespace {

@@ -3,7 +3,7 @@
 #include <string_view>
 
 #include "formats/input_file.h"
-#include "formats/mesh4d/mesh4d.h"
+#include "t4d/file.h"
 
 /// Good 4D Model Format, the draft, and its older keys: `cells` for `simplexes`, vertices in the
 /// surface, `mesh` of a node for `meshInstance`.

@@ -13,6 +13,7 @@
 #include "formats/mesh4d/gmsh_mesh.h"
 #include "formats/text/byte_scanner.h"
 #include "formats/text/text_scanner.h"
+#include "t4d/file.h"
 
 namespace t4d::formats {
 namespace {

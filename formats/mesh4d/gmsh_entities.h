@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "formats/mesh4d/flat_bodies.h"
-#include "model/geometry.h"
+#include "t4d/mesh.h"
 
 /// What both writers of Gmsh state about the bodies.
 namespace t4d::formats {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "formats/text/text_scanner.h"
+#include "t4d/file.h"
 
 namespace t4d::formats {
 

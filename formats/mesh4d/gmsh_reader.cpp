@@ -7,6 +7,7 @@
 #include "formats/mesh4d/gmsh_binary_reader.h"
 #include "formats/mesh4d/gmsh_mesh.h"
 #include "formats/text/text_scanner.h"
+#include "t4d/file.h"
 
 namespace t4d::formats {
 namespace {

@@ -7,6 +7,7 @@
 
 #include "formats/mesh4d/mesh4d_builder.h"
 #include "formats/text/byte_scanner.h"
+#include "t4d/file.h"
 
 namespace t4d::formats {
 namespace {

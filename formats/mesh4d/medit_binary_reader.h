@@ -3,7 +3,7 @@
 #include <string_view>
 
 #include "formats/input_file.h"
-#include "formats/mesh4d/mesh4d.h"
+#include "t4d/file.h"
 
 namespace t4d::formats {
 

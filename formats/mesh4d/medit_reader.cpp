@@ -9,6 +9,7 @@
 #include "formats/mesh4d/medit_binary_reader.h"
 #include "formats/mesh4d/mesh4d_builder.h"
 #include "formats/text/text_scanner.h"
+#include "t4d/file.h"
 
 namespace t4d::formats {
 namespace {

@@ -8,7 +8,8 @@
 #include "model/attribute_rows.h"
 #include "model/facets.h"
 #include "model/limits.h"
-#include "model/no_index.h"
+#include "t4d/file.h"
+#include "t4d/mesh.h"
 
 namespace t4d::formats {
 namespace {

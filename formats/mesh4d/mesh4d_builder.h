@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "formats/mesh4d/mesh4d.h"
+#include "t4d/file.h"
 
 namespace t4d::formats {
 

@@ -30,6 +30,7 @@
 #include "formats/mesh4d/vtu_reader.h"
 #include "formats/mesh4d/vtu_writer.h"
 #include "platform/regular_file.h"
+#include "t4d/file.h"
 
 namespace t4d::formats {
 namespace {
@@ -252,6 +253,61 @@ std::vector<std::string> mesh4dLosses(const Mesh4dFormat& format, const FlatBodi
     losses.push_back(fmt::format("names of bodies not kept by {}: they become numbers", format.id));
   }
   return losses;
+}
+
+namespace {
+
+Error noFormat(std::string_view id, const std::filesystem::path& path) {
+  return fail(ErrorCode::Options,
+              fmt::format("there is no format '{}' that does this; docs/formats.md lists them", id),
+              path);
+}
+
+/// The counts of a body: one pass over its slabs.
+Result<CountedBody> counted(const model::Body& body) {
+  CountedBody all{body, 0, 0};
+  for (std::size_t i = 0; i < body.source->slabCount(); ++i) {
+    const auto slab = body.source->slab(i);
+    if (!slab) return slab.error();
+    const model::Connectivity& connectivity = *(*slab)->connectivity;
+    all.vertices += connectivity.vertexCount - (i > 0 ? connectivity.lowerCount : 0);
+    all.tetrahedra += connectivity.cells.size();
+  }
+  return all;
+}
+
+}  // namespace
+
+Result<LoadedMesh4d> readMesh4d(const std::filesystem::path& path, std::string_view format) {
+  const Mesh4dFormat* const given = format.empty() ? nullptr : mesh4dFormat(format);
+  if (!format.empty() && (given == nullptr || given->read == nullptr)) {
+    return noFormat(format, path);
+  }
+  const Mesh4dFormat* found = nullptr;
+  return readMesh4d(path, given, found);
+}
+
+Result<std::vector<std::string>> writeMesh4d(const std::filesystem::path& path,
+                                             std::span<const model::Body> bodies,
+                                             std::string_view format) {
+  const Mesh4dFormat* const given =
+      format.empty() ? writtenMesh4dFormat(path) : mesh4dFormat(format);
+  if (given == nullptr || given->write == nullptr) {
+    return noFormat(format.empty() ? path.extension().string() : format, path);
+  }
+  std::vector<CountedBody> all;
+  for (const model::Body& body : bodies) {
+    auto one = counted(body);
+    if (!one) return one.error();
+    all.push_back(*one);
+  }
+  auto mesh = FlatBodies::of(all);
+  if (!mesh) return mesh.error();
+  if (given->keeps.attributes != nullptr) {
+    if (auto found = mesh->findAttributes(given->keeps.attributes); !found) return found.error();
+  }
+  if (auto written = given->write(path, *mesh); !written) return written.error();
+  return mesh4dLosses(*given, *mesh);
 }
 
 }  // namespace t4d::formats

@@ -8,7 +8,7 @@
 
 #include "formats/input_file.h"
 #include "formats/mesh4d/flat_bodies.h"
-#include "formats/mesh4d/mesh4d.h"
+#include "t4d/file.h"
 
 namespace t4d::formats {
 

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "formats/mesh4d/test_mesh4d.h"
+#include "t4d/file.h"
 
 namespace t4d::formats {
 namespace {

@@ -10,6 +10,7 @@
 #include "formats/mesh4d/mesh4d_builder.h"
 #include "formats/text/text_scanner.h"
 #include "model/exact_sum.h"
+#include "t4d/file.h"
 
 namespace t4d::formats {
 namespace {

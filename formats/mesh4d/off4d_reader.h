@@ -3,7 +3,7 @@
 #include <string_view>
 
 #include "formats/input_file.h"
-#include "formats/mesh4d/mesh4d.h"
+#include "t4d/file.h"
 
 /// OFF files of 4D meshes. Three programs have made three formats of it, with headers that do not
 /// tell them apart:

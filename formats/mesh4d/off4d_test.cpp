@@ -1,5 +1,6 @@
 #include "formats/mesh4d/polyhedron.h"
 #include "formats/mesh4d/test_mesh4d.h"
+#include "t4d/file.h"
 
 namespace t4d::formats {
 namespace {

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "model/slab.h"
+#include "t4d/mesh.h"
 
 namespace t4d::formats {
 

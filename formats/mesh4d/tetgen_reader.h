@@ -1,7 +1,7 @@
 #pragma once
 
 #include "formats/input_file.h"
-#include "formats/mesh4d/mesh4d.h"
+#include "t4d/file.h"
 
 namespace t4d::formats {
 

@@ -1,4 +1,5 @@
 #include "formats/mesh4d/test_mesh4d.h"
+#include "t4d/file.h"
 
 /// 4DO, Medit, MFEM, Gmsh and TetGen as other programs write them.
 namespace t4d::formats {

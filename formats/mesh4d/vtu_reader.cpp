@@ -14,6 +14,7 @@
 #include "formats/vtk/vtk_cells.h"
 #include "formats/vtk/vtk_data.h"
 #include "formats/vtk/vtk_file.h"
+#include "t4d/file.h"
 
 namespace t4d::formats {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "model/triangle_mesh.h"
+#include "t4d/surface.h"
 
 /// Solids that descriptions of robots give by their measures, about the origin.
 namespace t4d::formats {

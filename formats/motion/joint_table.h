@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "formats/input_file.h"
-#include "model/error.h"
+#include "t4d/error.h"
 
 namespace t4d::formats {
 

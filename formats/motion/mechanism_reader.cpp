@@ -14,14 +14,14 @@
 #include "formats/gltf/gltf_reader.h"
 #include "formats/motion/basic_solids.h"
 #include "formats/motion/joint_table.h"
-#include "formats/motion/motion_reader.h"
 #include "formats/t4d/names.h"
 #include "formats/text/json_check.h"
 #include "formats/text/json_object.h"
-#include "formats/triangle/triangle_mesh_reader.h"
 #include "model/degrees.h"
 #include "model/limits.h"
 #include "model/units.h"
+#include "t4d/motion.h"
+#include "t4d/surface.h"
 
 namespace t4d::formats {
 namespace {

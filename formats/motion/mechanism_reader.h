@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "formats/input_file.h"
-#include "model/error.h"
 #include "model/mechanism.h"
-#include "model/triangle_mesh.h"
+#include "t4d/error.h"
+#include "t4d/surface.h"
 
 namespace t4d::formats {
 

@@ -16,6 +16,7 @@
 #include "formats/motion/time_column.h"
 #include "formats/text/number_table.h"
 #include "model/degrees.h"
+#include "t4d/motion.h"
 
 namespace t4d::formats {
 namespace {

@@ -2,26 +2,10 @@
 
 #include <string>
 
-#include "model/motion.h"
+#include "formats/input_file.h"
+#include "t4d/motion.h"
 
 namespace t4d::formats {
-
-struct InputFile;
-
-/// What the names of the columns of a table of poses may leave open.
-struct MotionTableOptions {
-  /// What the angles are: "rpy:deg", "rpy:rad", "rotvec:deg" or "rotvec:rad"; "" if names say it.
-  std::string angles = {};
-  /// The order of the four numbers of a quaternion: "xyzw" or "wxyz"; "" if names say it.
-  std::string quaternion = {};
-  /// The units of positions and times. Columns that name another unit are converted to these.
-  std::string lengthUnit = {};
-  std::string timeUnit = {};
-
-  bool empty() const {
-    return angles.empty() && quaternion.empty() && lengthUnit.empty() && timeUnit.empty();
-  }
-};
 
 /// Reads poses from a table (docs/motion.md; number_table.h says how it may be written): the time
 /// (time_column.h), a position, and a rotation as a quaternion, angles of roll, pitch and yaw, or a

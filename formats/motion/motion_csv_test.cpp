@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "formats/motion/motion_reader.h"
+#include "t4d/motion.h"
 
 namespace t4d::formats {
 namespace {

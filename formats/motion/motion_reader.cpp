@@ -1,5 +1,3 @@
-#include "formats/motion/motion_reader.h"
-
 #include <string_view>
 #include <vector>
 
@@ -9,8 +7,10 @@
 #include "formats/file_extension.h"
 #include "formats/input_file.h"
 #include "formats/motion/motion_csv.h"
+#include "formats/motion/motion_formats.h"
 #include "formats/text/json_check.h"
 #include "formats/text/json_object.h"
+#include "t4d/motion.h"
 
 namespace t4d::formats {
 namespace {

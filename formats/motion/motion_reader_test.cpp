@@ -1,6 +1,6 @@
-#include "formats/motion/motion_reader.h"
-
 #include <gtest/gtest.h>
+
+#include "t4d/motion.h"
 
 namespace t4d::formats {
 namespace {

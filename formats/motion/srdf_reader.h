@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "model/error.h"
+#include "t4d/error.h"
 
 namespace t4d::formats {
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "formats/text/number_table.h"
-#include "model/error.h"
 #include "model/units.h"
+#include "t4d/error.h"
 
 namespace t4d::formats {
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "formats/t4d/layout.h"
-#include "model/attribute.h"
-#include "model/error.h"
+#include "t4d/error.h"
+#include "t4d/mesh.h"
 
 namespace t4d::formats {
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "formats/t4d/metadata.h"
+#include "t4d/file.h"
 
 /// What the details of bodies say of a mechanism that they are part of.
 namespace t4d::formats {

@@ -3,11 +3,15 @@
 #include <fmt/format.h>
 
 #include "formats/t4d/url.h"
-#ifdef T4D_WITH_CURL
-#include "formats/t4d/http_source.h"
-#endif
 
 namespace t4d::formats {
+namespace {
+
+UrlOpener urlOpener = nullptr;
+
+}  // namespace
+
+void setUrlOpener(UrlOpener opener) { urlOpener = opener; }
 
 Result<std::unique_ptr<ByteSource>> openByteSource(const std::filesystem::path& pathOrUrl) {
   const std::string& text = pathOrUrl.native();
@@ -26,11 +30,10 @@ Result<std::unique_ptr<ByteSource>> openByteSource(const std::filesystem::path& 
   if (scheme != "http" && scheme != "https") {
     return refused(fmt::format("{}:// cannot be read; http://, https:// and paths can", scheme));
   }
-#ifdef T4D_WITH_CURL
-  return openHttpSource(text);
-#else
-  return refused("this build has no libcurl to read it with; download the file first");
-#endif
+  if (urlOpener == nullptr) {
+    return refused("this build has no libcurl to read it with; download the file first");
+  }
+  return urlOpener(text);
 }
 
 }  // namespace t4d::formats

@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-#include "model/error.h"
+#include "t4d/error.h"
 
 namespace t4d::formats {
 
@@ -47,6 +47,12 @@ class ByteSource {
 
 /// Opens a regular file.
 Result<std::unique_ptr<ByteSource>> openFileSource(const std::filesystem::path& path);
+
+/// Opens a file on a web server.
+using UrlOpener = Result<std::unique_ptr<ByteSource>> (*)(const std::string& url);
+
+/// How openByteSource opens URLs; without it they are refused. Called before anything is opened.
+void setUrlOpener(UrlOpener opener);
 
 /// Opens a regular file, or a file on a web server by its URL: http:// or https://. Other URLs are
 /// refused.

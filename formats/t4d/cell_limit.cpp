@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "formats/t4d/reader.h"
+#include "t4d/file.h"
 
 namespace t4d::formats {
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "model/error.h"
+#include "t4d/error.h"
 
 namespace t4d::formats {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "formats/t4d/layout.h"
-#include "formats/t4d/reader.h"
+#include "t4d/file.h"
 
 namespace t4d::formats {
 

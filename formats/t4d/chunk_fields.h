@@ -7,8 +7,8 @@
 
 #include "formats/t4d/array_codec.h"
 #include "formats/t4d/layout.h"
-#include "model/error.h"
-#include "model/slab.h"
+#include "t4d/error.h"
+#include "t4d/mesh.h"
 
 /// Fields that chunks of several types have (SPEC.md).
 namespace t4d::formats {

@@ -14,7 +14,7 @@
 #include "formats/t4d/byte_source.h"
 #include "formats/t4d/chunk_header.h"
 #include "formats/t4d/layout.h"
-#include "model/error.h"
+#include "t4d/error.h"
 
 namespace t4d::formats {
 

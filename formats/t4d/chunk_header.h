@@ -6,7 +6,7 @@
 #include <string>
 
 #include "formats/t4d/layout.h"
-#include "model/error.h"
+#include "t4d/error.h"
 
 namespace t4d::formats {
 

@@ -9,10 +9,9 @@
 #include "formats/t4d/array_codec.h"
 #include "formats/t4d/chunk_fields.h"
 #include "formats/t4d/layout.h"
-#include "formats/t4d/summary.h"
-#include "model/error.h"
-#include "model/slab.h"
-#include "model/streamed_slab.h"
+#include "t4d/error.h"
+#include "t4d/file.h"
+#include "t4d/mesh.h"
 
 /// The contents of the chunks of a .t4d file but HEAD and INDX, with encoder and decoder side by
 /// side (SPEC.md, section "Chunks"). Decoders check everything that can be checked without the rest

@@ -7,6 +7,7 @@
 #include "formats/t4d/chunk_counts.h"
 #include "formats/t4d/ending.h"
 #include "formats/t4d/file_scan.h"
+#include "formats/t4d/metadata.h"
 #include "formats/t4d/slab_source.h"
 
 namespace t4d::formats {

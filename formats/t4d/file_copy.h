@@ -14,8 +14,8 @@
 #include "formats/t4d/head_chunk.h"
 #include "formats/t4d/index_chunk.h"
 #include "formats/t4d/optional_chunks.h"
-#include "formats/t4d/reader.h"
-#include "model/slab.h"
+#include "t4d/file.h"
+#include "t4d/mesh.h"
 
 /// Files whose chunks become part of another file as they are.
 namespace t4d::formats {

@@ -7,7 +7,7 @@
 #include "formats/t4d/chunk_file.h"
 #include "formats/t4d/index_chunk.h"
 #include "formats/t4d/part_window.h"
-#include "model/slab.h"
+#include "t4d/mesh.h"
 
 namespace t4d::formats {
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <utility>
 
-#include "model/error.h"
+#include "t4d/error.h"
 
 namespace t4d::formats {
 

@@ -1,7 +1,7 @@
-#include "formats/t4d/grid.h"
-
 #include <cmath>
 #include <limits>
+
+#include "t4d/file.h"
 
 namespace t4d::formats {
 

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "formats/t4d/metadata.h"
+
 namespace t4d::formats {
 
 using namespace t4d_layout;

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "formats/t4d/chunk_file.h"
-#include "formats/t4d/metadata.h"
+#include "t4d/file.h"
 
 namespace t4d::formats {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "formats/t4d/byte_source.h"
-#include "model/error.h"
+#include "t4d/error.h"
 
 namespace t4d::formats {
 

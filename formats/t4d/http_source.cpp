@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "t4d/file.h"
+
 namespace t4d::formats {
 
 namespace {
@@ -151,6 +153,10 @@ Result<std::unique_ptr<ByteSource>> openHttpSource(const std::string& url, HttpT
   auto source = std::make_unique<HttpSource>(url, timeouts);
   if (auto opened = source->open(); !opened) return opened.error();
   return source;
+}
+
+void readUrls() {
+  setUrlOpener([](const std::string& url) { return openHttpSource(url); });
 }
 
 }  // namespace t4d::formats

@@ -8,10 +8,17 @@
 
 #include "formats/t4d/url.h"
 #include "formats/test_files.h"
+#include "t4d/file.h"
 #include "tests/web_server.h"
 
 namespace t4d::formats {
 namespace {
+
+/// All tests of this program open URLs.
+[[maybe_unused]] const bool kUrlsAreRead = [] {
+  readUrls();
+  return true;
+}();
 
 using testing::ElementsAre;
 using testing::HasSubstr;

@@ -11,8 +11,8 @@
 #include "formats/t4d/chunks.h"
 #include "formats/t4d/layout.h"
 #include "formats/t4d/long_list.h"
-#include "model/error.h"
-#include "model/slab.h"
+#include "t4d/error.h"
+#include "t4d/mesh.h"
 
 /// INDX, with encoder and decoder side by side (SPEC.md, section "INDX").
 namespace t4d::formats {

@@ -4,8 +4,8 @@
 
 #include "fixtures/solids.h"
 #include "formats/t4d/test_slabs.h"
-#include "measure/mesh_check.h"
-#include "mesh4d/sweep.h"
+#include "t4d/check.h"
+#include "t4d/sweep.h"
 
 namespace t4d::formats {
 namespace {

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "formats/t4d/metadata.h"
 #include "formats/t4d/part_copier.h"
 #include "formats/t4d/url.h"
 #include "formats/t4d/within_memory.h"

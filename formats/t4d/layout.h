@@ -13,8 +13,8 @@
 #include <type_traits>
 #include <vector>
 
-#include "formats/t4d/grid.h"
 #include "formats/t4d/stored_block.h"
+#include "t4d/file.h"
 
 /// The byte layout of .t4d, as specified in formats/t4d/SPEC.md. Reader and writer share these
 /// constants.

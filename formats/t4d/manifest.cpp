@@ -9,6 +9,7 @@
 #include "formats/file_extension.h"
 #include "formats/t4d/layout.h"
 #include "formats/t4d/member_reader.h"
+#include "formats/t4d/metadata.h"
 #include "formats/t4d/names.h"
 #include "formats/t4d/url.h"
 #include "formats/text/json_check.h"

@@ -6,10 +6,8 @@
 #include <vector>
 
 #include "formats/t4d/byte_source.h"
-#include "formats/t4d/metadata.h"
-#include "formats/t4d/reader.h"
-#include "formats/t4d/summary.h"
-#include "model/error.h"
+#include "t4d/error.h"
+#include "t4d/file.h"
 
 /// A file in parts: NAME.t4dm, which names .t4d files that follow one another in time (JSON;
 /// manifest.schema.json).

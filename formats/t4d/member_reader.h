@@ -10,8 +10,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "model/error.h"
-#include "model/geometry.h"
+#include "t4d/error.h"
+#include "t4d/mesh.h"
 
 namespace t4d::formats {
 

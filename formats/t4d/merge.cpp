@@ -11,6 +11,7 @@
 
 #include "formats/t4d/body_details.h"
 #include "formats/t4d/file_copy.h"
+#include "formats/t4d/metadata.h"
 #include "formats/t4d/names.h"
 #include "formats/t4d/within_memory.h"
 #include "platform/crc32c.h"

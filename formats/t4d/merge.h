@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "formats/t4d/summary.h"
-#include "model/slab.h"
+#include "t4d/file.h"
+#include "t4d/mesh.h"
 
 namespace t4d::formats {
 

@@ -5,8 +5,8 @@
 #include "fixtures/solids.h"
 #include "formats/t4d/body_details.h"
 #include "formats/t4d/test_slabs.h"
-#include "measure/mesh_check.h"
-#include "mesh4d/sweep.h"
+#include "t4d/check.h"
+#include "t4d/sweep.h"
 
 namespace t4d::formats {
 namespace {

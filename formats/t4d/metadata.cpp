@@ -11,6 +11,7 @@
 
 #include "formats/t4d/layout.h"
 #include "formats/t4d/names.h"
+#include "t4d/file.h"
 
 namespace t4d::formats {
 namespace {

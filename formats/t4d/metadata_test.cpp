@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "formats/t4d/layout.h"
+#include "t4d/file.h"
 
 namespace t4d::formats {
 namespace {

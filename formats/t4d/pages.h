@@ -7,7 +7,7 @@
 
 #include "formats/t4d/chunk_file.h"
 #include "formats/t4d/index_chunk.h"
-#include "formats/t4d/reader.h"
+#include "t4d/file.h"
 
 /// PAGE and PGIX: the index again in pages, with encoders and decoders side by side (SPEC.md,
 /// section "PAGE and PGIX").

@@ -7,10 +7,10 @@
 #include "formats/t4d/join.h"
 #include "formats/t4d/salvage.h"
 #include "formats/t4d/test_slabs.h"
-#include "measure/mesh_check.h"
-#include "mesh4d/sweep.h"
 #include "model/slab_groups.h"
-#include "slice/slice.h"
+#include "t4d/check.h"
+#include "t4d/slice.h"
+#include "t4d/sweep.h"
 #ifdef T4D_WITH_CURL
 #include "tests/web_server.h"
 #endif

@@ -10,6 +10,7 @@
 #include "formats/t4d/grouped_body.h"
 #include "formats/t4d/join.h"
 #include "formats/t4d/manifest.h"
+#include "formats/t4d/metadata.h"
 #include "formats/t4d/reader_file.h"
 #include "formats/t4d/url.h"
 #include "platform/crc32c.h"

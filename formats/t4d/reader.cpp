@@ -1,5 +1,3 @@
-#include "formats/t4d/reader.h"
-
 #include <algorithm>
 #include <array>
 #include <deque>
@@ -23,7 +21,8 @@
 #include "formats/t4d/slab_source.h"
 #include "formats/t4d/tally.h"
 #include "formats/t4d/within_memory.h"
-#include "model/sinks.h"
+#include "t4d/file.h"
+#include "t4d/mesh.h"
 
 namespace t4d::formats {
 

@@ -5,7 +5,7 @@
 
 #include "formats/t4d/chunk_file.h"
 #include "formats/t4d/optional_chunks.h"
-#include "formats/t4d/reader.h"
+#include "t4d/file.h"
 
 namespace t4d::formats {
 

@@ -1,5 +1,3 @@
-#include "formats/t4d/reader.h"
-
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -16,8 +14,9 @@
 
 #include "fixtures/solids.h"
 #include "formats/t4d/test_slabs.h"
-#include "mesh4d/sweep.h"
 #include "model/slab_blocks.h"
+#include "t4d/file.h"
+#include "t4d/sweep.h"
 
 namespace t4d::formats {
 namespace {

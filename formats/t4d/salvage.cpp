@@ -12,10 +12,10 @@
 #include "formats/t4d/index_chunk.h"
 #include "formats/t4d/manifest.h"
 #include "formats/t4d/optional_chunks.h"
-#include "formats/t4d/reader.h"
 #include "formats/t4d/slab_source.h"
 #include "formats/t4d/url.h"
 #include "formats/t4d/within_memory.h"
+#include "t4d/file.h"
 
 namespace t4d::formats {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "formats/t4d/metadata.h"
-#include "model/slab.h"
+#include "t4d/file.h"
+#include "t4d/mesh.h"
 
 namespace t4d::formats {
 

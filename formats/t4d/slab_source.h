@@ -13,7 +13,7 @@
 #include "formats/t4d/index_chunk.h"
 #include "model/layered_slab.h"
 #include "model/shared_parts.h"
-#include "model/slab.h"
+#include "t4d/mesh.h"
 
 namespace t4d::formats {
 

@@ -4,7 +4,7 @@
 
 #include "formats/t4d/array_codec.h"
 #include "formats/t4d/test_slabs.h"
-#include "measure/mesh_check.h"
+#include "t4d/check.h"
 #include "tests/paths.h"
 
 /// The examples in SPEC.md are what this code writes and reads.

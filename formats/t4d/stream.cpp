@@ -1,5 +1,3 @@
-#include "formats/t4d/stream.h"
-
 #include <array>
 #include <cstring>
 #include <fstream>
@@ -13,8 +11,10 @@
 #include "formats/t4d/layout.h"
 #include "formats/t4d/pipe_source.h"
 #include "formats/t4d/slab_source.h"
+#include "formats/t4d/t4d_formats.h"
 #include "formats/t4d/tally.h"
 #include "formats/t4d/within_memory.h"
+#include "t4d/file.h"
 
 namespace t4d::formats {
 

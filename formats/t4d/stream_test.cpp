@@ -1,5 +1,3 @@
-#include "formats/t4d/stream.h"
-
 #include <fstream>
 #include <thread>
 
@@ -8,6 +6,7 @@
 #include <unistd.h>
 
 #include "formats/t4d/test_slabs.h"
+#include "t4d/file.h"
 
 namespace t4d::formats {
 namespace {

@@ -2,7 +2,7 @@
 
 #include "formats/t4d/chunk_file.h"
 #include "formats/t4d/chunks.h"
-#include "model/slab.h"
+#include "t4d/mesh.h"
 
 namespace t4d::formats {
 

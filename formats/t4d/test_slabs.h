@@ -14,12 +14,10 @@
 #include "formats/t4d/chunk_list.h"
 #include "formats/t4d/chunks.h"
 #include "formats/t4d/layout.h"
-#include "formats/t4d/reader.h"
-#include "formats/t4d/stream.h"
-#include "formats/t4d/writer.h"
 #include "formats/test_files.h"
-#include "model/slab.h"
 #include "platform/crc32c.h"
+#include "t4d/file.h"
+#include "t4d/mesh.h"
 
 /// Shared by the tests of .t4d: slabs, and hand-made files.
 namespace t4d::formats {

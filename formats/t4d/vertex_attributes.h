@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "model/error.h"
-#include "model/slab.h"
+#include "t4d/error.h"
+#include "t4d/mesh.h"
 
 namespace t4d::formats {
 

@@ -1,5 +1,3 @@
-#include "formats/t4d/writer.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -19,12 +17,14 @@
 #include "formats/t4d/first_error.h"
 #include "formats/t4d/layer_digest.h"
 #include "formats/t4d/layout.h"
+#include "formats/t4d/metadata.h"
 #include "formats/t4d/optional_chunks.h"
 #include "formats/t4d/part_window.h"
 #include "formats/t4d/vertex_attributes.h"
 #include "formats/triangle/rounding_loss.h"
 #include "model/limits.h"
 #include "model/shared_parts.h"
+#include "t4d/file.h"
 
 namespace t4d::formats {
 namespace {

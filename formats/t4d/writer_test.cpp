@@ -1,5 +1,3 @@
-#include "formats/t4d/writer.h"
-
 #include <algorithm>
 #include <functional>
 #include <limits>
@@ -12,9 +10,10 @@
 #include "fixtures/solids.h"
 #include "formats/t4d/salvage.h"
 #include "formats/t4d/test_slabs.h"
-#include "measure/mesh_check.h"
-#include "mesh4d/sweep.h"
-#include "model/streamed_slab.h"
+#include "t4d/check.h"
+#include "t4d/file.h"
+#include "t4d/mesh.h"
+#include "t4d/sweep.h"
 
 namespace t4d::formats {
 namespace {

@@ -11,7 +11,7 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include "model/error.h"
+#include "t4d/error.h"
 
 namespace t4d::formats {
 

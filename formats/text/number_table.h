@@ -10,7 +10,7 @@
 
 #include "formats/input_file.h"
 #include "formats/text/text_scanner.h"
-#include "model/error.h"
+#include "t4d/error.h"
 
 namespace t4d::formats {
 

@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-#include "model/error.h"
+#include "t4d/error.h"
 
 namespace t4d::formats {
 

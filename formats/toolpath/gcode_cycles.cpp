@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "model/motion.h"
+#include "t4d/motion.h"
 
 namespace t4d::formats {
 namespace {

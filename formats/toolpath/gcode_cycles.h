@@ -2,7 +2,7 @@
 
 #include <functional>
 
-#include "model/error.h"
+#include "t4d/error.h"
 
 namespace t4d::formats {
 

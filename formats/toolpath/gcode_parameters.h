@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "model/error.h"
+#include "t4d/error.h"
 
 namespace t4d::formats {
 

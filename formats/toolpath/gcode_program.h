@@ -10,7 +10,7 @@
 
 #include "formats/toolpath/gcode_block.h"
 #include "formats/toolpath/gcode_parameters.h"
-#include "model/error.h"
+#include "t4d/error.h"
 
 namespace t4d::formats {
 

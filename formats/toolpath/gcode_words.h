@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "formats/toolpath/gcode_parameters.h"
-#include "model/error.h"
+#include "t4d/error.h"
 
 namespace t4d::formats {
 

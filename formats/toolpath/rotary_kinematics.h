@@ -7,8 +7,8 @@
 
 #include <Eigen/Core>
 
-#include "model/error.h"
-#include "model/geometry.h"
+#include "t4d/error.h"
+#include "t4d/mesh.h"
 
 namespace t4d::formats {
 

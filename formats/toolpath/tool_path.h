@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "formats/toolpath/rotary_kinematics.h"
-#include "model/error.h"
-#include "model/motion.h"
-#include "model/times.h"
 #include "platform/file_format.h"
+#include "t4d/error.h"
+#include "t4d/mesh.h"
+#include "t4d/motion.h"
 
 namespace t4d::formats {
 

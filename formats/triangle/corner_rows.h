@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "model/triangle_mesh.h"
+#include "t4d/surface.h"
 
 namespace t4d::formats {
 

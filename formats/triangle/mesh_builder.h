@@ -9,9 +9,8 @@
 #include <vector>
 
 #include "formats/triangle/corner_rows.h"
-#include "formats/triangle/triangle_mesh_reader.h"
-#include "model/error.h"
-#include "model/triangle_mesh.h"
+#include "t4d/error.h"
+#include "t4d/surface.h"
 
 namespace t4d::formats {
 

@@ -16,7 +16,7 @@
 #include "formats/text/text_scanner.h"
 #include "formats/triangle/mesh_bodies.h"
 #include "formats/triangle/mesh_builder.h"
-#include "model/no_index.h"
+#include "t4d/mesh.h"
 
 namespace t4d::formats {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "formats/input_file.h"
-#include "formats/triangle/triangle_mesh_reader.h"
+#include "t4d/surface.h"
 
 namespace t4d::formats {
 

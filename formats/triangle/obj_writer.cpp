@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "formats/triangle/vertex_normals.h"
 #include "formats/triangle/written_mesh.h"
 #include "model/corner_attributes.h"
 

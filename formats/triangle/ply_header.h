@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "formats/text/text_scanner.h"
-#include "model/error.h"
+#include "t4d/error.h"
 
 namespace t4d::formats {
 

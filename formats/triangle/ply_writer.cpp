@@ -8,8 +8,9 @@
 
 #include <fmt/format.h>
 
+#include "formats/triangle/vertex_normals.h"
 #include "formats/triangle/written_mesh.h"
-#include "model/attribute_meaning.h"
+#include "t4d/mesh.h"
 
 namespace t4d::formats {
 namespace {

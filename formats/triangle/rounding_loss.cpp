@@ -7,9 +7,9 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include "model/geometry.h"
 #include "model/surface_components.h"
 #include "model/union_find.h"
+#include "t4d/mesh.h"
 
 namespace t4d::formats {
 namespace {

@@ -8,8 +8,8 @@
 
 #include <Eigen/Core>
 
-#include "model/slab.h"
-#include "model/triangle_mesh.h"
+#include "t4d/mesh.h"
+#include "t4d/surface.h"
 
 namespace t4d::formats {
 

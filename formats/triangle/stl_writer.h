@@ -1,7 +1,7 @@
 #pragma once
 
 #include "formats/output_file.h"
-#include "formats/triangle/triangle_mesh_writer.h"
+#include "t4d/surface.h"
 
 namespace t4d::formats {
 

@@ -8,8 +8,7 @@
 
 #include "formats/input_file.h"
 #include "formats/output_file.h"
-#include "formats/triangle/triangle_mesh_reader.h"
-#include "formats/triangle/triangle_mesh_writer.h"
+#include "t4d/surface.h"
 
 namespace t4d::formats {
 

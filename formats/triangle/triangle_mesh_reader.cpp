@@ -1,8 +1,7 @@
-#include "formats/triangle/triangle_mesh_reader.h"
-
 #include <new>
 
 #include "formats/triangle/triangle_mesh_formats.h"
+#include "t4d/surface.h"
 
 namespace t4d::formats {
 

@@ -1,10 +1,9 @@
-#include "formats/triangle/triangle_mesh_writer.h"
-
 #include <fmt/format.h>
 
 #include "formats/output_file.h"
 #include "formats/triangle/triangle_mesh_formats.h"
 #include "formats/triangle/written_mesh.h"
+#include "t4d/surface.h"
 
 namespace t4d::formats {
 namespace {

@@ -1,9 +1,8 @@
-#include "formats/triangle/triangle_mesh_writer.h"
-
 #include <random>
 
 #include "formats/test_files.h"
 #include "formats/triangle/triangle_mesh_formats.h"
+#include "t4d/surface.h"
 #include "tests/paths.h"
 
 namespace t4d::formats {

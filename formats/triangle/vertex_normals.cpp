@@ -9,6 +9,7 @@
 
 #include "model/surface_edges.h"
 #include "model/union_find.h"
+#include "t4d/surface.h"
 
 namespace t4d::formats {
 namespace {

@@ -5,16 +5,9 @@
 
 #include <Eigen/Core>
 
-#include "model/triangle_mesh.h"
+#include "t4d/surface.h"
 
 namespace t4d::formats {
-
-/// How surfaces are shaded. Triangles that share an edge share their normals along it if the angle
-/// between their planes is at most `creaseDegrees`: 180 is smooth everywhere. Flat: never.
-struct NormalStyle {
-  bool flat = false;
-  double creaseDegrees = 180;
-};
 
 /// A mesh whose vertices have one normal each: where several meet, the vertex is repeated.
 struct VerticesWithNormals {

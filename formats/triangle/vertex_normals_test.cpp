@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "fixtures/solids.h"
+#include "t4d/surface.h"
 
 namespace t4d::formats {
 namespace {

@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "formats/triangle/vertex_normals.h"
+
 namespace t4d::formats {
 namespace {
 

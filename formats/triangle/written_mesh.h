@@ -6,7 +6,8 @@
 #include <string_view>
 
 #include "formats/triangle/rounding_loss.h"
-#include "formats/triangle/triangle_mesh_writer.h"
+#include "formats/triangle/vertex_normals.h"
+#include "t4d/surface.h"
 
 /// What the writers of triangle meshes share.
 namespace t4d::formats {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "formats/triangle/rounding_loss.h"
-#include "formats/triangle/triangle_mesh_writer.h"
+#include "t4d/surface.h"
 
 namespace t4d::formats {
 

@@ -11,8 +11,8 @@
 #include "formats/animation/shapes_writer.h"
 #include "formats/gltf/gltf_rigid_writer.h"
 #include "formats/output_file.h"
-#include "formats/triangle/triangle_mesh_writer.h"
-#include "model/error.h"
+#include "t4d/error.h"
+#include "t4d/surface.h"
 
 namespace t4d::formats {
 

@@ -11,7 +11,7 @@
 
 #include "formats/input_file.h"
 #include "formats/packed_block.h"
-#include "model/slab.h"
+#include "t4d/mesh.h"
 
 /// The XML of VTK's files, and their arrays as bytes. What the arrays mean is the readers'.
 namespace t4d::formats {

@@ -14,7 +14,7 @@
 #include "formats/vtk/vtk_data.h"
 #include "formats/vtk/vtk_file.h"
 #include "model/attribute_rows.h"
-#include "model/no_index.h"
+#include "t4d/mesh.h"
 
 namespace t4d::formats {
 namespace {

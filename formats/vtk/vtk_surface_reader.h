@@ -1,7 +1,7 @@
 #pragma once
 
 #include "formats/input_file.h"
-#include "formats/triangle/triangle_mesh_reader.h"
+#include "t4d/surface.h"
 
 /// Reads VTK's XML files as text or binary, inline or appended, compressed with zlib, LZ4 or LZMA
 /// or not, in either byte order, of one piece or several. Point data and cell data become

@@ -10,9 +10,10 @@
 #include <fmt/format.h>
 
 #include "formats/text/xml_text.h"
+#include "formats/triangle/vertex_normals.h"
 #include "formats/triangle/written_mesh.h"
 #include "formats/zlib_block.h"
-#include "model/attribute_meaning.h"
+#include "t4d/mesh.h"
 
 namespace t4d::formats {
 namespace {

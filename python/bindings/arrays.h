@@ -7,10 +7,9 @@
 
 #include <pybind11/numpy.h>
 
-#include "model/attribute.h"
-#include "model/slab.h"
-#include "model/triangle_mesh.h"
 #include "python/bindings/errors.h"
+#include "t4d/mesh.h"
+#include "t4d/surface.h"
 
 namespace t4d::python {
 

@@ -5,17 +5,14 @@
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 
-#include "formats/t4d/reader.h"
-#include "formats/t4d/writer.h"
-#include "measure/mesh_check.h"
-#include "measure/solid_measures.h"
-#include "model/flat_mesh.h"
 #include "model/in_order.h"
-#include "model/sinks.h"
 #include "model/slab_groups.h"
 #include "python/bindings/arrays.h"
-#include "slice/slice_at_times.h"
 #include "slice/velocity.h"
+#include "t4d/check.h"
+#include "t4d/file.h"
+#include "t4d/mesh.h"
+#include "t4d/slice.h"
 
 namespace t4d::python {
 

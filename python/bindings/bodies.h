@@ -7,10 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "formats/t4d/reader.h"
 #include "python/bindings/watch.h"
-#include "slice/light_slice.h"
-#include "slice/slice.h"
+#include "t4d/file.h"
+#include "t4d/slice.h"
 
 namespace t4d::python {
 

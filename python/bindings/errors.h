@@ -5,7 +5,7 @@
 
 #include <pybind11/pybind11.h>
 
-#include "model/error.h"
+#include "t4d/error.h"
 
 namespace t4d::python {
 

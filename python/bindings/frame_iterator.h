@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "python/bindings/gil.h"
-#include "voxel4d/frame.h"
+#include "t4d/frames.h"
 #include "voxel4d/sample_box.h"
 
 namespace t4d::python {

@@ -3,8 +3,7 @@
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
-#include "formats/motion/motion_reader.h"
-#include "model/motion.h"
+#include "t4d/motion.h"
 
 namespace t4d::python {
 namespace {

@@ -5,11 +5,11 @@
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 
-#include "formats/t4d/writer.h"
-#include "mesh4d/sweep.h"
 #include "python/bindings/arrays.h"
 #include "python/bindings/frame_iterator.h"
-#include "voxel4d/weave.h"
+#include "t4d/file.h"
+#include "t4d/sweep.h"
+#include "t4d/weave.h"
 
 namespace t4d::python {
 namespace {

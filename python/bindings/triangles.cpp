@@ -1,8 +1,7 @@
 #include "python/bindings/triangles.h"
 
-#include "formats/triangle/triangle_mesh_reader.h"
-#include "formats/triangle/triangle_mesh_writer.h"
 #include "python/bindings/gil.h"
+#include "t4d/surface.h"
 
 namespace t4d::python {
 namespace {

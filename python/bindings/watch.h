@@ -5,8 +5,8 @@
 #include <mutex>
 #include <optional>
 
-#include "model/slab.h"
 #include "python/bindings/gil.h"
+#include "t4d/mesh.h"
 
 namespace t4d::python {
 

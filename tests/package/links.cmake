@@ -12,7 +12,7 @@ set(libraries
   "meshoptimizer=meshoptimizer::meshoptimizer" "Draco=draco::draco" "libmd=LibMd::LibMd" "libdeflate=LibDeflate::LibDeflate")
 # What all components need, and solids for tests, have no rows.
 set(with_rows ${components})
-list(REMOVE_ITEM with_rows system fixtures)
+list(REMOVE_ITEM with_rows platform fixtures)
 
 foreach(component IN LISTS with_rows)
   if(NOT readme MATCHES "\n[|] `t4d::${component}` [|][^|]*[|]([^|]*)[|]")

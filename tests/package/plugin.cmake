@@ -15,7 +15,7 @@ add_executable(host host.cpp)
 target_link_libraries(host PRIVATE \${CMAKE_DL_LIBS})
 ")
 file(WRITE ${work_dir}/plugin.cpp [[
-#include <model/motion.h>
+#include <t4d/motion.h>
 
 extern "C" double heightAfter(double time) {
   const t4d::model::ScrewRun run{.duration = 4, .screw = {.translation = {0, 0, 8}}};

@@ -7,8 +7,8 @@
 #include <fcl/narrowphase/continuous_collision.h>
 
 #include "fixtures/solids.h"
-#include "measure/collide.h"
-#include "mesh4d/sweep.h"
+#include "t4d/collide.h"
+#include "t4d/sweep.h"
 
 namespace t4d::bench {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "model/error.h"
+#include "t4d/error.h"
 #include "tools/bench/report.h"
 
 namespace t4d::bench {

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "model/error.h"
-#include "model/motion.h"
-#include "model/triangle_mesh.h"
+#include "t4d/error.h"
+#include "t4d/motion.h"
+#include "t4d/surface.h"
 #include "tools/bench/report.h"
 
 namespace t4d::bench {

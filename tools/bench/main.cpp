@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 
 #include "fixtures/solids.h"
-#include "formats/triangle/triangle_mesh_reader.h"
 #include "platform/temporary_folder.h"
+#include "t4d/surface.h"
 #include "tools/bench/arm_and_obstacles.h"
 #include "tools/bench/collided_meshes.h"
 #include "tools/bench/simplified_mesh.h"

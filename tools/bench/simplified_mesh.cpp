@@ -9,11 +9,11 @@
 #include <nlohmann/json.hpp>
 #include <tbb/global_control.h>
 
-#include "edit/simplify.h"
 #include "fixtures/solids.h"
 #include "platform/child_process.h"
+#include "t4d/edit.h"
+#include "t4d/weave.h"
 #include "voxel4d/sampled_frames.h"
-#include "voxel4d/weave.h"
 
 namespace t4d::bench {
 namespace {

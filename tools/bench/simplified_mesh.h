@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "model/error.h"
+#include "t4d/error.h"
 #include "tools/bench/report.h"
 
 namespace t4d::bench {

@@ -11,11 +11,11 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "formats/t4d/reader.h"
-#include "formats/t4d/writer.h"
-#include "mesh4d/sweep.h"
-#include "model/sinks.h"
-#include "slice/slice.h"
+#include "mesh4d/cap.h"
+#include "t4d/file.h"
+#include "t4d/mesh.h"
+#include "t4d/slice.h"
+#include "t4d/sweep.h"
 
 namespace t4d::bench {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <filesystem>
 
-#include "model/motion.h"
-#include "model/slab.h"
-#include "model/triangle_mesh.h"
+#include "t4d/mesh.h"
+#include "t4d/motion.h"
+#include "t4d/surface.h"
 #include "tools/bench/report.h"
 
 namespace t4d::bench {

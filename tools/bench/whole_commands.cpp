@@ -12,8 +12,8 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include "formats/triangle/triangle_mesh_reader.h"
 #include "platform/child_process.h"
+#include "t4d/surface.h"
 
 namespace t4d::bench {
 namespace {

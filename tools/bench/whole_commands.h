@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "model/error.h"
+#include "t4d/error.h"
 #include "tools/bench/report.h"
 
 namespace t4d::bench {

@@ -12,10 +12,10 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
-#include "formats/t4d/writer.h"
-#include "model/streamed_slab.h"
+#include "t4d/file.h"
+#include "t4d/mesh.h"
+#include "t4d/weave.h"
 #include "voxel4d/sampled_frames.h"
-#include "voxel4d/weave.h"
 
 namespace t4d::bench {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "formats/gltf/gltf_animation.h"
-#include "formats/triangle/triangle_mesh_reader.h"
+#include "t4d/surface.h"
 #include "tools/fuzz/fuzz.h"
 
 namespace t4d::fuzz {

@@ -1,10 +1,10 @@
 #include <cstring>
 
-#include "edit/cut_into_slabs.h"
-#include "edit/mend_mesh4d.h"
 #include "formats/mesh4d/mesh4d_formats.h"
 #include "formats/mesh4d/tetgen_reader.h"
-#include "measure/mesh_check.h"
+#include "t4d/check.h"
+#include "t4d/edit.h"
+#include "t4d/file.h"
 #include "tools/fuzz/fuzz.h"
 
 /// A 4D mesh in a format of other programs: the first byte selects the format, by its place in the

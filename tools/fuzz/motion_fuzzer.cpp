@@ -2,7 +2,7 @@
 
 #include "formats/input_file.h"
 #include "formats/motion/motion_csv.h"
-#include "formats/motion/motion_reader.h"
+#include "t4d/motion.h"
 #include "tools/fuzz/fuzz.h"
 #include "tools/fuzz/many_segments.h"
 

@@ -14,15 +14,16 @@
 #include "fixtures/tool_paths.h"
 #include "formats/gltf/gltf_writer.h"
 #include "formats/mesh4d/mesh4d_formats.h"
-#include "formats/motion/motion_reader.h"
-#include "formats/t4d/writer.h"
-#include "formats/triangle/triangle_mesh_writer.h"
-#include "mesh4d/sweep.h"
+#include "t4d/file.h"
+#include "t4d/frames.h"
+#include "t4d/motion.h"
+#include "t4d/surface.h"
+#include "t4d/sweep.h"
+#include "t4d/weave.h"
+#include "voxel4d/frame_formats.h"
 #include "voxel4d/sampled_frames.h"
 #include "voxel4d/vdb_samples.h"
-#include "voxel4d/volumes/volume_frames.h"
 #include "voxel4d/volumes/volume_samples.h"
-#include "voxel4d/weave.h"
 
 /// Writes the seeds of the fuzzers, one folder each: `fuzz_seeds FOLDER`. Together they use every
 /// feature of their formats, in files as small as possible, which a fuzzer executes faster.

@@ -4,9 +4,8 @@
 #include <fmt/format.h>
 
 #include "formats/t4d/chunks.h"
-#include "formats/t4d/reader.h"
-#include "formats/t4d/stream.h"
-#include "slice/slice.h"
+#include "t4d/file.h"
+#include "t4d/slice.h"
 #include "tools/fuzz/fuzz.h"
 #include "tools/verbs/validate.h"
 

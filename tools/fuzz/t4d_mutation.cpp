@@ -12,7 +12,7 @@
 #include "formats/t4d/chunks.h"
 #include "formats/t4d/index_chunk.h"
 #include "formats/t4d/layout.h"
-#include "formats/t4d/reader.h"
+#include "t4d/file.h"
 #include "tools/fuzz/fuzz.h"
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t maxSize);

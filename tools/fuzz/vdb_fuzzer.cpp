@@ -4,9 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "t4d/frames.h"
 #include "tools/fuzz/fuzz.h"
-#include "voxel4d/frame.h"
-#include "voxel4d/vdb_frames.h"
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t maxSize);
 

@@ -4,9 +4,9 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "t4d/frames.h"
 #include "tools/fuzz/fuzz.h"
-#include "voxel4d/frame.h"
-#include "voxel4d/volumes/volume_frames.h"
+#include "voxel4d/frame_formats.h"
 
 /// A volume file: the first byte says of which format.
 namespace t4d::fuzz {

@@ -5,7 +5,7 @@
 #include <functional>
 #include <string>
 
-#include "model/triangle_mesh.h"
+#include "t4d/surface.h"
 
 /// Renders pictures of solids in software: no window, no graphics card, the same pixels on every
 /// machine.

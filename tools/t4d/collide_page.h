@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "formats/t4d/metadata.h"
-#include "model/triangle_mesh.h"
+#include "t4d/file.h"
+#include "t4d/surface.h"
 
 namespace t4d::tools {
 

@@ -9,9 +9,9 @@
 
 #include "conformance/backends/own_backends.h"
 #include "conformance/backends/program_backend.h"
-#include "conformance/backends/run.h"
 #include "formats/output_file.h"
 #include "formats/output_folder.h"
+#include "t4d/conformance.h"
 #include "tools/t4d/commands.h"
 #include "tools/t4d/conform_page.h"
 #include "tools/t4d/console.h"

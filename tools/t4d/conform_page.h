@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "conformance/backends/run.h"
+#include "t4d/conformance.h"
 
 namespace t4d::tools {
 

@@ -10,7 +10,7 @@
 #include <CLI/CLI.hpp>
 
 #include "conformance/driver/suite_report.h"
-#include "model/error.h"
+#include "t4d/error.h"
 
 /// Shared by the verbs that run readers and writers under test.
 namespace t4d::tools {

@@ -10,7 +10,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "model/amount_text.h"
-#include "model/error.h"
+#include "t4d/error.h"
 #include "tools/t4d/progress_bar.h"
 
 /// Output of the program. Results go to standard output, everything else to standard error.

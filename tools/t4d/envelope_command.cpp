@@ -7,7 +7,7 @@
 #include "formats/output_file.h"
 #include "formats/triangle/triangle_mesh_formats.h"
 #include "platform/stopwatch.h"
-#include "slice/slice.h"
+#include "t4d/slice.h"
 #include "tools/report/solid_picture.h"
 #include "tools/t4d/centering.h"
 #include "tools/t4d/commands.h"

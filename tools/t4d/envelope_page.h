@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "model/triangle_mesh.h"
+#include "t4d/surface.h"
 #include "tools/report/html_page.h"
 
 namespace t4d::tools {

@@ -7,8 +7,8 @@
 
 #include <CLI/CLI.hpp>
 
-#include "model/error.h"
-#include "model/times.h"
+#include "t4d/error.h"
+#include "t4d/mesh.h"
 
 namespace t4d::tools {
 

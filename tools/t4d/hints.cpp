@@ -10,17 +10,16 @@
 
 #include "formats/file_extension.h"
 #include "formats/mesh4d/mesh4d_formats.h"
-#include "formats/t4d/reader.h"
 #include "formats/t4d/salvage.h"
-#include "formats/t4d/stream.h"
 #include "formats/t4d/url.h"
 #include "formats/triangle/triangle_mesh_formats.h"
+#include "t4d/file.h"
+#include "t4d/frames.h"
 #include "tools/t4d/python_inputs.h"
 #include "tools/t4d/shell_word.h"
 #include "tools/t4d/t4d_output.h"
 #include "tools/verbs/t4d_file.h"
-#include "voxel4d/vdb_frames.h"
-#include "voxel4d/volumes/volume_frames.h"
+#include "voxel4d/frame_formats.h"
 
 namespace t4d::tools {
 namespace {

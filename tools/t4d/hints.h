@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "model/error.h"
+#include "t4d/error.h"
 
 /// What to try after an error, in terms of verbs and options, which the library does
 /// not know.

@@ -19,6 +19,7 @@
 #include <unistd.h>
 
 #include "platform/kept_inputs.h"
+#include "t4d/file.h"
 #include "tools/t4d/commands.h"
 #include "tools/t4d/console.h"
 #include "tools/t4d/help_json.h"
@@ -167,6 +168,7 @@ int main(int argc, char** argv) {
   using namespace t4d::tools;
   keepStandardStreams();
   cleanUpOnSignals();
+  t4d::formats::readUrls();
   const t4d::platform::KeptInputs kept;
   int exitCode = kFailed;
   try {

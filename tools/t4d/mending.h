@@ -4,7 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "edit/mend_surface.h"
+#include "t4d/edit.h"
 
 namespace t4d::tools {
 

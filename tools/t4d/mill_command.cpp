@@ -6,10 +6,11 @@
 
 #include <fmt/format.h>
 
+#include "conformance/backends/milling.h"
 #include "formats/output_file.h"
 #include "formats/toolpath/tool_table.h"
 #include "formats/triangle/triangle_mesh_formats.h"
-#include "slice/slice_at_times.h"
+#include "t4d/slice.h"
 #include "tools/t4d/commands.h"
 #include "tools/t4d/console.h"
 #include "tools/t4d/console_observer.h"

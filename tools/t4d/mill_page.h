@@ -4,9 +4,9 @@
 #include <utility>
 #include <vector>
 
-#include "formats/t4d/metadata.h"
 #include "mill/mill.h"
-#include "model/triangle_mesh.h"
+#include "t4d/file.h"
+#include "t4d/surface.h"
 
 namespace t4d::tools {
 

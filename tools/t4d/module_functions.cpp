@@ -76,16 +76,18 @@ namespace fs = std::filesystem;
 
 }  // namespace voxel4d
 
-#ifdef T4D_WITH_CURL
 namespace formats {
 
-[[gnu::visibility("hidden")]] Result<std::unique_ptr<ByteSource>> openHttpSource(
-    const std::string& url, HttpTimeouts timeouts) {
-  return functionsOf<WebFunctions>().openHttpSource(url, timeouts);
+/// In place of the library's, which needs libcurl from the start.
+[[gnu::visibility("hidden")]] void readUrls() {
+#ifdef T4D_WITH_CURL
+  setUrlOpener([](const std::string& url) {
+    return functionsOf<WebFunctions>().openHttpSource(url, HttpTimeouts{});
+  });
+#endif
 }
 
 }  // namespace formats
-#endif
 
 namespace tools {
 

@@ -1,12 +1,12 @@
 #pragma once
 
 #include "formats/t4d/http_source.h"
+#include "t4d/frames.h"
+#include "t4d/weave.h"
 #include "tools/report/svg_picture.h"
 #include "voxel4d/advected_frames.h"
 #include "voxel4d/point_field.h"
 #include "voxel4d/point_field_parts.h"
-#include "voxel4d/vdb_frames.h"
-#include "voxel4d/voxelize.h"
 
 /// Loading OpenVDB, libcurl and librsvg takes several times as long as all else that a short
 /// run does, and most verbs never use them. So the program does not link them: modules have the

@@ -5,7 +5,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "formats/motion/motion_csv.h"
+#include "t4d/motion.h"
 
 namespace t4d::tools {
 

@@ -6,8 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "model/part.h"
-#include "model/times.h"
+#include "t4d/mesh.h"
 
 namespace t4d::tools {
 

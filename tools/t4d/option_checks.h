@@ -9,8 +9,8 @@
 
 #include <CLI/CLI.hpp>
 
-#include "model/error.h"
-#include "model/part.h"
+#include "t4d/error.h"
+#include "t4d/mesh.h"
 
 /// Validators for option values. A rejected value is a usage error; CLI11 puts the option's name
 /// before the message.

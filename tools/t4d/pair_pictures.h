@@ -3,7 +3,7 @@
 #include <span>
 #include <string>
 
-#include "formats/t4d/metadata.h"
+#include "t4d/file.h"
 #include "tools/verbs/compare.h"
 
 namespace t4d::tools {

@@ -9,7 +9,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "model/part.h"
+#include "t4d/mesh.h"
 #include "tools/verbs/input_identity.h"
 
 namespace t4d::tools {

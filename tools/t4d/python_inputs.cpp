@@ -10,9 +10,9 @@
 
 #include "formats/file_extension.h"
 #include "formats/t4d/url.h"
+#include "t4d/frames.h"
 #include "tools/verbs/mesh_frames.h"
-#include "voxel4d/vdb_frames.h"
-#include "voxel4d/volumes/volume_frames.h"
+#include "voxel4d/frame_formats.h"
 
 namespace t4d::tools {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "formats/output_file.h"
 #include "slice/slab_at_time.h"
-#include "slice/slice.h"
+#include "t4d/slice.h"
 #include "tools/t4d/commands.h"
 #include "tools/t4d/console.h"
 #include "tools/t4d/console_observer.h"

@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "formats/t4d/metadata.h"
-#include "measure/mesh_quality.h"
-#include "model/triangle_mesh.h"
+#include "t4d/check.h"
+#include "t4d/file.h"
+#include "t4d/surface.h"
 #include "tools/report/html_page.h"
 
 namespace t4d::tools {

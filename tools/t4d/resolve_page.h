@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "edit/resolve.h"
-#include "formats/t4d/metadata.h"
-#include "model/triangle_mesh.h"
+#include "t4d/edit.h"
+#include "t4d/file.h"
+#include "t4d/surface.h"
 
 namespace t4d::tools {
 

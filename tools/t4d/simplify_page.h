@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "formats/t4d/reader.h"
+#include "t4d/file.h"
 #include "tools/verbs/simplify.h"
 
 namespace t4d::tools {

@@ -7,7 +7,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "formats/t4d/metadata.h"
+#include "t4d/file.h"
 #include "tools/verbs/slice_write_options.h"
 
 namespace t4d::tools {

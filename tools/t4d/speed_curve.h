@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "model/error.h"
-#include "model/times.h"
+#include "t4d/error.h"
+#include "t4d/mesh.h"
 
 namespace t4d::tools {
 

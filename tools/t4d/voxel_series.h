@@ -7,10 +7,10 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "t4d/weave.h"
 #include "tools/t4d/part_option.h"
 #include "tools/verbs/voxel_series.h"
 #include "voxel4d/frame_spacing.h"
-#include "voxel4d/weave.h"
 
 namespace t4d::tools {
 

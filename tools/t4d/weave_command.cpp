@@ -25,6 +25,7 @@
 #include "tools/verbs/json_text.h"
 #include "tools/verbs/lost_parts.h"
 #include "tools/verbs/weave.h"
+#include "voxel4d/frame_formats.h"
 #include "voxel4d/frame_spacing.h"
 
 namespace t4d::tools {

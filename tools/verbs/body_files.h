@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "model/error.h"
+#include "t4d/error.h"
 
 /// Output files of which each has one body: `link-{body}.stl`.
 namespace t4d::verbs {

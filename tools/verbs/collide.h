@@ -8,9 +8,9 @@
 
 #include "formats/t4d/body_details.h"
 #include "measure/clearance_over_time.h"
-#include "measure/collide.h"
 #include "measure/collision_verdict.h"
-#include "model/part.h"
+#include "t4d/collide.h"
+#include "t4d/mesh.h"
 #include "tools/verbs/input.h"
 #include "tools/verbs/observer.h"
 

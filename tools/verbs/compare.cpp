@@ -9,10 +9,9 @@
 #include <fmt/ranges.h>
 
 #include "formats/t4d/url.h"
-#include "measure/mesh_check.h"
-#include "measure/mesh_quality.h"
 #include "model/converted_source.h"
-#include "model/times.h"
+#include "t4d/check.h"
+#include "t4d/mesh.h"
 #include "tools/verbs/input.h"
 #include "tools/verbs/origin.h"
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "measure/compare.h"
-#include "model/triangle_mesh.h"
+#include "t4d/surface.h"
 #include "tools/verbs/observer.h"
 
 namespace t4d::verbs {

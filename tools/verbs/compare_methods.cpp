@@ -8,11 +8,11 @@
 
 #include <fmt/format.h>
 
-#include "formats/motion/motion_reader.h"
-#include "formats/triangle/triangle_mesh_reader.h"
 #include "platform/kept_inputs.h"
 #include "platform/replaceable.h"
 #include "platform/temporary_folder.h"
+#include "t4d/motion.h"
+#include "t4d/surface.h"
 #include "tools/verbs/motion_frames.h"
 
 namespace t4d::verbs {

@@ -5,10 +5,10 @@
 #include <fmt/format.h>
 
 #include "formats/triangle/triangle_mesh_formats.h"
-#include "formats/triangle/triangle_mesh_writer.h"
 #include "measure/triangle_tree.h"
 #include "measure/winding_number.h"
-#include "slice/slice.h"
+#include "t4d/slice.h"
+#include "t4d/surface.h"
 #include "tools/verbs/collide.h"
 #include "tools/verbs/origin.h"
 

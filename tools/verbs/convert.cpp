@@ -12,11 +12,10 @@
 #include "formats/mesh4d/mesh4d_formats.h"
 #include "formats/t4d/names.h"
 #include "formats/t4d/optional_chunks.h"
-#include "formats/t4d/stream.h"
 #include "formats/t4d/url.h"
-#include "formats/t4d/writer.h"
 #include "platform/kept_inputs.h"
 #include "platform/stopwatch.h"
+#include "t4d/file.h"
 #include "tools/verbs/convert_input.h"
 #include "tools/verbs/json_text.h"
 

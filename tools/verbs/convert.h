@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "t4d/file.h"
 #include "tools/verbs/observer.h"
 
 namespace t4d::verbs {

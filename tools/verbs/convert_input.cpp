@@ -6,13 +6,13 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "edit/cut_into_slabs.h"
-#include "edit/mend_mesh4d.h"
 #include "formats/mesh4d/mesh4d_formats.h"
 #include "formats/t4d/names.h"
-#include "measure/mesh_check.h"
 #include "model/amount_text.h"
-#include "model/sinks.h"
+#include "t4d/check.h"
+#include "t4d/edit.h"
+#include "t4d/file.h"
+#include "t4d/mesh.h"
 
 namespace t4d::verbs {
 namespace {

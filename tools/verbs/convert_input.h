@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "formats/mesh4d/flat_bodies.h"
-#include "formats/t4d/reader.h"
-#include "model/slab.h"
+#include "t4d/file.h"
+#include "t4d/mesh.h"
 #include "tools/verbs/convert.h"
 
 namespace t4d::verbs {

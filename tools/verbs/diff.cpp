@@ -9,11 +9,11 @@
 #include <nlohmann/json.hpp>
 
 #include "formats/t4d/manifest.h"
-#include "formats/t4d/reader.h"
 #include "measure/compare.h"
 #include "measure/mesh_digest.h"
 #include "measure/surface_distance.h"
-#include "model/sinks.h"
+#include "t4d/file.h"
+#include "t4d/mesh.h"
 
 namespace t4d::verbs {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "model/error.h"
-#include "model/slab.h"
+#include "t4d/error.h"
+#include "t4d/mesh.h"
 
 namespace t4d::verbs {
 

@@ -9,12 +9,12 @@
 #include <gtest/gtest.h>
 
 #include "fixtures/solids.h"
-#include "formats/motion/motion_reader.h"
-#include "formats/t4d/writer.h"
 #include "measure/mesh_digest.h"
-#include "mesh4d/sweep.h"
-#include "model/transformed.h"
 #include "platform/test_folder.h"
+#include "t4d/file.h"
+#include "t4d/mesh.h"
+#include "t4d/motion.h"
+#include "t4d/sweep.h"
 
 namespace t4d::verbs {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "formats/t4d/reader.h"
+#include "t4d/file.h"
 
 namespace t4d::verbs {
 

@@ -7,9 +7,9 @@
 
 #include "edit/collision_mesh.h"
 #include "formats/triangle/triangle_mesh_formats.h"
-#include "formats/triangle/triangle_mesh_writer.h"
 #include "model/voxel_size.h"
 #include "platform/stopwatch.h"
+#include "t4d/surface.h"
 #include "tools/verbs/body_files.h"
 #include "tools/verbs/body_passage.h"
 #include "tools/verbs/input_identity.h"

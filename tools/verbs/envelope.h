@@ -5,9 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "edit/envelope.h"
-#include "measure/silhouette.h"
-#include "model/part.h"
+#include "t4d/envelope.h"
+#include "t4d/mesh.h"
 #include "tools/verbs/input.h"
 #include "tools/verbs/observer.h"
 #include "tools/verbs/time_window.h"

@@ -8,13 +8,15 @@
 #include "formats/animation/mesh_steps.h"
 #include "formats/gltf/gltf_animation.h"
 #include "formats/mesh4d/mesh4d_formats.h"
-#include "formats/motion/motion_reader.h"
-#include "formats/t4d/stream.h"
+#include "formats/motion/motion_formats.h"
+#include "formats/t4d/t4d_formats.h"
 #include "formats/toolpath/tool_path.h"
 #include "formats/triangle/triangle_mesh_formats.h"
+#include "t4d/file.h"
+#include "t4d/frames.h"
+#include "t4d/motion.h"
 #include "tools/verbs/json_text.h"
-#include "voxel4d/vdb_frames.h"
-#include "voxel4d/volumes/volume_frames.h"
+#include "voxel4d/frame_formats.h"
 
 namespace t4d::verbs {
 namespace {

@@ -5,17 +5,17 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "formats/t4d/writer.h"
 #include "formats/test_files.h"
 #include "formats/text/base64.h"
-#include "formats/triangle/triangle_mesh_writer.h"
-#include "measure/mesh_check.h"
-#include "model/sinks.h"
+#include "t4d/check.h"
+#include "t4d/file.h"
+#include "t4d/mesh.h"
+#include "t4d/surface.h"
 #include "tools/verbs/convert.h"
 #include "tools/verbs/du.h"
 #include "tools/verbs/info.h"
 #include "tools/verbs/mend.h"
-#include "tools/verbs/moving_cube.h"
+#include "tools/verbs/test_moving_cube.h"
 #include "tools/verbs/view.h"
 
 /// Verbs that take a file, and write another or tell what is in it.

@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "edit/clip_time.h"
-#include "formats/t4d/writer.h"
 #include "platform/stopwatch.h"
+#include "t4d/file.h"
 #include "tools/verbs/json_text.h"
 
 namespace t4d::verbs {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "voxel4d/weave.h"
+#include "t4d/weave.h"
 
 namespace t4d::verbs {
 

@@ -6,11 +6,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "convert/flipbook.h"
-#include "convert/morph_flipbook.h"
-#include "convert/rigid_flipbook.h"
+#include "formats/gltf/gltf_writer.h"
 #include "formats/usd/usd_writer.h"
 #include "model/units.h"
+#include "t4d/convert.h"
 #include "tools/verbs/json_text.h"
 #include "tools/verbs/origin.h"
 #include "tools/verbs/slice_writing.h"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "convert/frame_slices.h"
+#include "t4d/convert.h"
 #include "tools/verbs/input.h"
 #include "tools/verbs/observer.h"
 #include "tools/verbs/slice_write_options.h"

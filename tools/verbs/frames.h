@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "convert/frame_files.h"
-#include "model/part.h"
+#include "t4d/mesh.h"
 #include "tools/verbs/input.h"
 #include "tools/verbs/observer.h"
 #include "tools/verbs/slice_write_options.h"

@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "formats/t4d/stream.h"
+#include "t4d/file.h"
 #include "tools/verbs/json_text.h"
 
 namespace t4d::verbs {

@@ -8,11 +8,9 @@
 #include <string_view>
 #include <vector>
 
-#include "formats/t4d/reader.h"
-#include "formats/t4d/writer.h"
 #include "measure/chord_bound.h"
-#include "model/body.h"
-#include "model/part.h"
+#include "t4d/file.h"
+#include "t4d/mesh.h"
 
 namespace t4d::verbs {
 

@@ -5,7 +5,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "voxel4d/lost_part.h"
+#include "t4d/weave.h"
 
 namespace t4d::verbs {
 

@@ -7,8 +7,8 @@
 #include "tools/verbs/envelope.h"
 #include "tools/verbs/filter.h"
 #include "tools/verbs/measure.h"
-#include "tools/verbs/moving_cube.h"
 #include "tools/verbs/resolve.h"
+#include "tools/verbs/test_moving_cube.h"
 #include "tools/verbs/transform.h"
 
 /// Verbs that make something else of meshes in memory.

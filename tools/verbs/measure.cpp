@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "model/times.h"
+#include "t4d/mesh.h"
 #include "tools/verbs/csv_field.h"
 #include "tools/verbs/json_text.h"
 

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "measure/solid_measures.h"
-#include "model/part.h"
+#include "t4d/check.h"
+#include "t4d/mesh.h"
 #include "tools/verbs/input.h"
 #include "tools/verbs/observer.h"
 

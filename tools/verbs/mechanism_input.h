@@ -6,12 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "edit/mend_surface.h"
 #include "formats/gltf/gltf_animation.h"
 #include "formats/motion/mechanism_reader.h"
-#include "formats/t4d/metadata.h"
 #include "mesh4d/prism.h"
 #include "mesh4d/steps.h"
+#include "t4d/edit.h"
+#include "t4d/file.h"
 #include "tools/verbs/mending.h"
 #include "tools/verbs/observer.h"
 

@@ -4,9 +4,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "formats/triangle/triangle_mesh_writer.h"
 #include "platform/kept_inputs.h"
 #include "platform/stopwatch.h"
+#include "t4d/surface.h"
 #include "tools/verbs/json_text.h"
 #include "tools/verbs/mending.h"
 #include "tools/verbs/solid_input.h"

@@ -8,8 +8,8 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "edit/mend_deformation.h"
-#include "edit/mend_surface.h"
 #include "formats/t4d/body_details.h"
+#include "t4d/edit.h"
 #include "tools/verbs/observer.h"
 
 namespace t4d::verbs {

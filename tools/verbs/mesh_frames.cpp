@@ -4,10 +4,11 @@
 
 #include <fmt/format.h>
 
+#include "convert/frame_slices.h"
 #include "formats/animation/mesh_steps.h"
 #include "formats/numbered_files.h"
 #include "formats/triangle/triangle_mesh_formats.h"
-#include "model/times.h"
+#include "t4d/mesh.h"
 #include "voxel4d/frame_spacing.h"
 #include "voxel4d/occupancy.h"
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "voxel4d/voxelize.h"
+#include "t4d/weave.h"
 
 namespace t4d::verbs {
 

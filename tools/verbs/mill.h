@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "formats/motion/motion_csv.h"
 #include "formats/toolpath/tool_path.h"
 #include "mill/mill.h"
+#include "t4d/motion.h"
 #include "tools/verbs/mill_tools.h"
 #include "tools/verbs/observer.h"
 #include "tools/verbs/solid_input.h"

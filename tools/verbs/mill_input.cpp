@@ -4,11 +4,11 @@
 #include <fmt/format.h>
 
 #include "edit/surface_crossings.h"
-#include "formats/motion/motion_reader.h"
 #include "formats/toolpath/cutter_location_reader.h"
 #include "formats/toolpath/gcode_reader.h"
 #include "model/amount_text.h"
 #include "platform/stopwatch.h"
+#include "t4d/motion.h"
 #include "tools/verbs/mending.h"
 #include "tools/verbs/mill.h"
 

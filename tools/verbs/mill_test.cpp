@@ -5,9 +5,10 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "conformance/backends/milling.h"
 #include "fixtures/solids.h"
-#include "formats/triangle/triangle_mesh_writer.h"
 #include "platform/test_folder.h"
+#include "t4d/surface.h"
 #include "tools/verbs/input.h"
 
 namespace t4d::verbs {

@@ -4,7 +4,7 @@
 
 #include "model/amount_text.h"
 #include "model/limits.h"
-#include "voxel4d/voxelize.h"
+#include "t4d/weave.h"
 
 namespace t4d::verbs {
 

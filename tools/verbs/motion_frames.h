@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "model/motion.h"
-#include "model/triangle_mesh.h"
+#include "t4d/motion.h"
+#include "t4d/surface.h"
 #include "voxel4d/frame_spacing.h"
 
 namespace t4d::verbs {

@@ -2,8 +2,7 @@
 
 #include <string>
 
-#include "model/body.h"
-#include "model/transformed.h"
+#include "t4d/mesh.h"
 
 namespace t4d::verbs {
 

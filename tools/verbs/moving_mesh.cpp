@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "formats/motion/motion_reader.h"
+#include "t4d/motion.h"
 #include "tools/verbs/mending.h"
 
 namespace t4d::verbs {

@@ -4,8 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "formats/motion/motion_csv.h"
-#include "model/motion.h"
+#include "t4d/motion.h"
 #include "tools/verbs/solid_input.h"
 
 namespace t4d::verbs {

@@ -10,16 +10,16 @@
 
 #include <gtest/gtest.h>
 
-#include "formats/t4d/writer.h"
-#include "formats/triangle/triangle_mesh_writer.h"
 #include "platform/test_folder.h"
+#include "t4d/file.h"
+#include "t4d/surface.h"
 #include "tools/verbs/compress.h"
 #include "tools/verbs/convert.h"
 #include "tools/verbs/filter.h"
 #include "tools/verbs/join.h"
 #include "tools/verbs/merge.h"
-#include "tools/verbs/moving_cube.h"
 #include "tools/verbs/sweep.h"
+#include "tools/verbs/test_moving_cube.h"
 #include "tools/verbs/transform.h"
 
 /// Who watches a verb can stop it, up to its last report: the file gets its name after that.

@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "formats/t4d/metadata.h"
-#include "formats/triangle/triangle_mesh_writer.h"
-#include "model/geometry.h"
+#include "t4d/file.h"
+#include "t4d/mesh.h"
+#include "t4d/surface.h"
 
 namespace t4d::verbs {
 

@@ -6,8 +6,9 @@
 #include <memory>
 
 #include "convert/attribute_colors.h"
-#include "model/times.h"
+#include "convert/frame_slices.h"
 #include "slice/velocity.h"
+#include "t4d/mesh.h"
 
 namespace t4d::verbs {
 namespace {

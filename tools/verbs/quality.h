@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "measure/mesh_quality.h"
+#include "t4d/check.h"
 #include "tools/verbs/input.h"
 #include "tools/verbs/observer.h"
 

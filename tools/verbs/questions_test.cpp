@@ -6,10 +6,10 @@
 
 #include "formats/t4d/body_details.h"
 #include "mesh4d/mechanism_keys.h"
-#include "mesh4d/sweep.h"
+#include "t4d/sweep.h"
 #include "tools/verbs/collide.h"
-#include "tools/verbs/moving_cube.h"
 #include "tools/verbs/quality.h"
+#include "tools/verbs/test_moving_cube.h"
 
 /// Verbs that ask a question of meshes in memory, which no file holds.
 namespace t4d::verbs {

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "convert/frame_files.h"
+#include "convert/frame_slices.h"
 #include "measure/compare.h"
 #include "platform/replaceable.h"
 #include "tools/verbs/json_text.h"

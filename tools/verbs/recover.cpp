@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "formats/t4d/optional_chunks.h"
-#include "formats/t4d/writer.h"
+#include "t4d/file.h"
 
 namespace t4d::verbs {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "edit/close_runs.h"
 #include "formats/t4d/salvage.h"
+#include "t4d/edit.h"
 #include "tools/verbs/validate.h"
 
 namespace t4d::verbs {

@@ -8,15 +8,15 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "convert/flipbook.h"
 #include "fixtures/fields.h"
 #include "fixtures/solids.h"
 #include "formats/t4d/optional_chunks.h"
 #include "formats/t4d/test_slabs.h"
-#include "mesh4d/sweep.h"
-#include "slice/slice.h"
+#include "t4d/convert.h"
+#include "t4d/slice.h"
+#include "t4d/sweep.h"
+#include "t4d/weave.h"
 #include "voxel4d/sampled_frames.h"
-#include "voxel4d/weave.h"
 
 /// What is saved from a damaged file is a valid file: closed and oriented, with the hypervolume and
 /// the slices of the slabs saved.

@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 
 #include "edit/contact_times.h"
-#include "formats/t4d/writer.h"
 #include "measure/chord_bound.h"
+#include "t4d/file.h"
 #include "tools/verbs/json_text.h"
 
 namespace t4d::verbs {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "edit/resolve.h"
+#include "t4d/edit.h"
 #include "tools/verbs/input.h"
 #include "tools/verbs/observer.h"
 

@@ -7,11 +7,11 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include "formats/t4d/writer.h"
 #include "measure/compare.h"
 #include "model/in_order.h"
 #include "model/source_part.h"
 #include "platform/stopwatch.h"
+#include "t4d/file.h"
 #include "tools/verbs/json_text.h"
 #include "tools/verbs/time_scale.h"
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "edit/simplify.h"
-#include "measure/mesh_quality.h"
+#include "t4d/check.h"
+#include "t4d/edit.h"
 #include "tools/verbs/input.h"
 #include "tools/verbs/observer.h"
 

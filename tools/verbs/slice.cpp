@@ -8,11 +8,11 @@
 #include <nlohmann/json.hpp>
 #include <tbb/parallel_invoke.h>
 
+#include "convert/frame_slices.h"
 #include "formats/triangle/triangle_mesh_formats.h"
-#include "model/transformed.h"
-#include "slice/light_slice.h"
 #include "slice/merge_coplanar.h"
-#include "slice/slice.h"
+#include "t4d/mesh.h"
+#include "t4d/slice.h"
 #include "tools/verbs/json_text.h"
 #include "tools/verbs/origin.h"
 #include "tools/verbs/slice_writing.h"

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "formats/triangle/triangle_mesh_writer.h"
-#include "slice/hyperplane.h"
 #include "slice/velocity.h"
+#include "t4d/slice.h"
+#include "t4d/surface.h"
 #include "tools/verbs/input.h"
 #include "tools/verbs/observer.h"
 #include "tools/verbs/slice_write_options.h"

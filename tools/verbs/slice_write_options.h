@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
-#include "formats/triangle/vertex_normals.h"
-#include "model/error.h"
+#include "t4d/error.h"
+#include "t4d/surface.h"
 
 namespace t4d::verbs {
 

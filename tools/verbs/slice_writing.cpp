@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "model/times.h"
+#include "t4d/mesh.h"
 #include "tools/verbs/json_text.h"
 #include "tools/verbs/origin.h"
 

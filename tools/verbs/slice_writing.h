@@ -6,8 +6,8 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "convert/frame_slices.h"
-#include "formats/triangle/triangle_mesh_writer.h"
+#include "t4d/convert.h"
+#include "t4d/surface.h"
 #include "tools/verbs/input.h"
 #include "tools/verbs/observer.h"
 #include "tools/verbs/painting.h"

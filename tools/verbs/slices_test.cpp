@@ -3,12 +3,12 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "formats/triangle/triangle_mesh_reader.h"
 #include "platform/test_folder.h"
+#include "t4d/surface.h"
 #include "tools/verbs/flipbook.h"
 #include "tools/verbs/frames.h"
-#include "tools/verbs/moving_cube.h"
 #include "tools/verbs/slice.h"
+#include "tools/verbs/test_moving_cube.h"
 
 /// Verbs that slice meshes in memory.
 namespace t4d::verbs {

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "formats/triangle/triangle_mesh_reader.h"
+#include "t4d/surface.h"
 #include "tools/verbs/mending.h"
 
 namespace t4d::verbs {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "edit/mend_surface.h"
 #include "formats/triangle/mesh_bodies.h"
+#include "t4d/edit.h"
 #include "tools/verbs/mending.h"
 #include "tools/verbs/observer.h"
 

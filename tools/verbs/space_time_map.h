@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include "model/transformed.h"
+#include "t4d/mesh.h"
 #include "tools/verbs/transform.h"
 
 namespace t4d::verbs {

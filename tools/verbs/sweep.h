@@ -8,17 +8,16 @@
 #include <variant>
 #include <vector>
 
-#include "edit/mend_surface.h"
 #include "formats/animation/deformation_reader.h"
-#include "formats/motion/motion_csv.h"
 #include "formats/triangle/mesh_bodies.h"
-#include "mesh4d/sweep.h"
-#include "model/motion.h"
+#include "t4d/edit.h"
+#include "t4d/motion.h"
+#include "t4d/sweep.h"
+#include "t4d/weave.h"
 #include "tools/verbs/mending.h"
 #include "tools/verbs/observer.h"
 #include "tools/verbs/t4d_file.h"
 #include "voxel4d/frame_spacing.h"
-#include "voxel4d/weave.h"
 
 namespace t4d::verbs {
 

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "t4d/weave.h"
 #include "tools/verbs/flat_caps.h"
 #include "tools/verbs/lost_parts.h"
 #include "tools/verbs/motion_frames.h"
 #include "tools/verbs/sweep_parts.h"
-#include "voxel4d/voxelize.h"
 
 namespace t4d::verbs {
 namespace {

@@ -9,13 +9,13 @@
 
 #include "formats/gltf/gltf_animation.h"
 #include "formats/motion/mechanism_reader.h"
-#include "formats/t4d/metadata.h"
-#include "formats/triangle/triangle_mesh_writer.h"
-#include "model/motion.h"
+#include "t4d/file.h"
+#include "t4d/motion.h"
+#include "t4d/surface.h"
+#include "t4d/weave.h"
 #include "tools/verbs/observer.h"
 #include "tools/verbs/sweep.h"
 #include "tools/verbs/t4d_file.h"
-#include "voxel4d/moving_solid.h"
 
 /// The parts of verbs::sweep: reading, and sweeping by a motion or through keys.
 namespace t4d::verbs {

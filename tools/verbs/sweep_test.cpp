@@ -14,9 +14,9 @@
 #include "fixtures/solids.h"
 #include "formats/test_files.h"
 #include "formats/text/base64.h"
-#include "formats/triangle/triangle_mesh_writer.h"
-#include "measure/mesh_check.h"
-#include "slice/slice.h"
+#include "t4d/check.h"
+#include "t4d/slice.h"
+#include "t4d/surface.h"
 #include "tools/verbs/compare_methods.h"
 #include "tools/verbs/input.h"
 

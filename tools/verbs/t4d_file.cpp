@@ -4,8 +4,9 @@
 
 #include "formats/file_extension.h"
 #include "formats/t4d/names.h"
+#include "t4d/frames.h"
 #include "tools/verbs/origin.h"
-#include "voxel4d/volumes/volume_frames.h"
+#include "voxel4d/frame_formats.h"
 
 namespace t4d::verbs {
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "formats/t4d/writer.h"
-#include "model/transformed.h"
+#include "t4d/file.h"
+#include "t4d/mesh.h"
 
 namespace t4d::verbs {
 

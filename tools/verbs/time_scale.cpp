@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "measure/mesh_quality.h"
+#include "t4d/check.h"
 
 namespace t4d::verbs {
 namespace {

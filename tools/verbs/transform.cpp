@@ -13,10 +13,10 @@
 
 #include "edit/map_space_time.h"
 #include "formats/t4d/body_details.h"
-#include "formats/t4d/writer.h"
 #include "formats/triangle/rounding_loss.h"
-#include "model/sinks.h"
 #include "platform/stopwatch.h"
+#include "t4d/file.h"
+#include "t4d/mesh.h"
 #include "tools/verbs/json_text.h"
 #include "tools/verbs/moved_bounds.h"
 #include "tools/verbs/origin.h"

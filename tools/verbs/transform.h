@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "model/transformed.h"
+#include "t4d/mesh.h"
 #include "tools/verbs/input.h"
 #include "tools/verbs/observer.h"
 

@@ -5,9 +5,8 @@
 
 #include <fmt/format.h>
 
-#include "formats/t4d/reader.h"
-#include "formats/t4d/stream.h"
 #include "model/progress.h"
+#include "t4d/file.h"
 
 namespace t4d::verbs {
 namespace {

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "measure/mesh_check.h"
+#include "t4d/check.h"
 
 namespace t4d::verbs {
 

@@ -5,9 +5,11 @@
 #include <fmt/format.h>
 
 #include "formats/t4d/chunks.h"
-#include "formats/t4d/reader.h"
-#include "formats/t4d/stream.h"
+#include "measure/components.h"
+#include "measure/mesh_parts.h"
+#include "model/orderless_sum.h"
 #include "model/source_part.h"
+#include "t4d/file.h"
 #include "tools/verbs/exact_json.h"
 #include "tools/verbs/json_text.h"
 

@@ -2,8 +2,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "formats/t4d/summary.h"
-#include "model/part.h"
+#include "measure/mesh_parts.h"
+#include "t4d/file.h"
+#include "t4d/mesh.h"
 #include "tools/verbs/validate.h"
 
 /// Validating a file in parts, each by another process. A part reads its slabs and the one before

@@ -11,11 +11,11 @@
 
 #include "formats/output_file.h"
 #include "formats/output_folder.h"
-#include "formats/t4d/stream.h"
 #include "formats/t4d/url.h"
 #include "formats/text/base64.h"
 #include "platform/kept_inputs.h"
 #include "platform/replaceable.h"
+#include "t4d/file.h"
 
 namespace t4d::verbs {
 namespace {

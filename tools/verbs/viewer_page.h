@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "model/error.h"
+#include "t4d/error.h"
 
 /// The viewer: a page that needs nothing else, and cuts 4D meshes in a browser. Its text, `viewer`,
 /// is that of web/viewer/dist/viewer.html with the element t4d-view.js in it.

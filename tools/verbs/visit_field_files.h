@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "measure/visit_fields.h"
-#include "model/part.h"
+#include "t4d/mesh.h"
 #include "tools/verbs/envelope.h"
 
 namespace t4d::verbs {

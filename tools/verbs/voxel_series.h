@@ -5,10 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "model/part.h"
-#include "model/times.h"
+#include "t4d/mesh.h"
+#include "t4d/weave.h"
 #include "tools/verbs/observer.h"
-#include "voxel4d/voxelize.h"
 
 namespace t4d::verbs {
 

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "voxel4d/moving_solid.h"
+#include "t4d/weave.h"
 
 namespace t4d::verbs {
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "model/motion.h"
-#include "model/triangle_mesh.h"
+#include "t4d/motion.h"
+#include "t4d/surface.h"
 #include "tools/verbs/voxel_series.h"
 
 namespace t4d::verbs {

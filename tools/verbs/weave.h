@@ -4,11 +4,11 @@
 #include <string>
 #include <vector>
 
-#include "model/part.h"
+#include "t4d/mesh.h"
+#include "t4d/weave.h"
 #include "tools/verbs/observer.h"
 #include "tools/verbs/t4d_file.h"
 #include "tools/verbs/weave_input.h"
-#include "voxel4d/weave.h"
 
 namespace t4d::verbs {
 

@@ -7,8 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "t4d/frames.h"
 #include "tools/verbs/mesh_frames.h"
-#include "voxel4d/volumes/volume_frames.h"
+#include "voxel4d/frame_formats.h"
 
 namespace t4d::verbs {
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string_view>
 
-#include "voxel4d/weave.h"
+#include "t4d/weave.h"
 
 /// What users and metadata call the choices of voxel4d::WeaveOptions.
 namespace t4d::verbs {

@@ -6,9 +6,10 @@
 #include <nlohmann/json.hpp>
 
 #include "fixtures/solids.h"
-#include "formats/triangle/triangle_mesh_writer.h"
 #include "platform/test_folder.h"
+#include "t4d/surface.h"
 #include "tools/verbs/input.h"
+#include "voxel4d/frame_formats.h"
 #include "voxel4d/sampled_frames.h"
 
 namespace t4d::verbs {

@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
-#include "model/error.h"
 #include "platform/scratch_file.h"
+#include "t4d/error.h"
 
 namespace t4d::voxel4d {
 

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string_view>
 
-#include "model/error.h"
+#include "t4d/error.h"
 #include "voxel4d/volumes/volume.h"
 
 namespace t4d::voxel4d {

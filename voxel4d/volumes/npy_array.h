@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "model/error.h"
+#include "t4d/error.h"
 #include "voxel4d/sample_type.h"
 
 namespace t4d::voxel4d {

@@ -10,7 +10,7 @@
 #include <zlib.h>
 
 #include "platform/test_folder.h"
-#include "voxel4d/volumes/volume_frames.h"
+#include "t4d/frames.h"
 
 namespace t4d::voxel4d {
 namespace {

@@ -11,11 +11,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "model/transformed.h"
 #include "platform/test_folder.h"
-#include "voxel4d/volumes/volume_frames.h"
+#include "t4d/frames.h"
+#include "t4d/mesh.h"
+#include "t4d/weave.h"
 #include "voxel4d/volumes/volume_samples.h"
-#include "voxel4d/weave.h"
 
 namespace t4d::voxel4d {
 namespace {

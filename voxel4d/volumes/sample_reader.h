@@ -5,7 +5,7 @@
 #include <memory>
 #include <span>
 
-#include "model/error.h"
+#include "t4d/error.h"
 #include "voxel4d/volumes/volume.h"
 
 namespace t4d::voxel4d {

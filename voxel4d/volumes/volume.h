@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "model/error.h"
-#include "model/layer_pose.h"
+#include "t4d/error.h"
+#include "t4d/mesh.h"
 #include "voxel4d/sample_type.h"
 
 namespace t4d::voxel4d {

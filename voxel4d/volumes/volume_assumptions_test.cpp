@@ -8,13 +8,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "measure/mesh_check.h"
 #include "platform/test_folder.h"
+#include "t4d/check.h"
+#include "t4d/frames.h"
+#include "t4d/weave.h"
 #include "voxel4d/sample_box.h"
-#include "voxel4d/volumes/volume_frames.h"
 #include "voxel4d/volumes/volume_labels.h"
 #include "voxel4d/volumes/volume_samples.h"
-#include "voxel4d/weave.h"
 
 /// What volumes do not say, and what the caller says instead: order, times, places, what is
 /// outside.

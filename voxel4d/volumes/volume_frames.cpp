@@ -1,5 +1,3 @@
-#include "voxel4d/volumes/volume_frames.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -10,8 +8,10 @@
 #include <fmt/format.h>
 
 #include "model/limits.h"
-#include "model/times.h"
 #include "platform/scratch_file.h"
+#include "t4d/frames.h"
+#include "t4d/mesh.h"
+#include "voxel4d/frame_formats.h"
 #include "voxel4d/frame_spacing.h"
 #include "voxel4d/region_border.h"
 #include "voxel4d/same_place.h"

@@ -1,5 +1,3 @@
-#include "voxel4d/volumes/volume_frames.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -15,12 +13,13 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
-#include "measure/mesh_check.h"
-#include "model/transformed.h"
 #include "platform/test_folder.h"
-#include "voxel4d/array_frames.h"
+#include "t4d/check.h"
+#include "t4d/frames.h"
+#include "t4d/mesh.h"
+#include "t4d/weave.h"
+#include "voxel4d/frame_formats.h"
 #include "voxel4d/volumes/volume_samples.h"
-#include "voxel4d/weave.h"
 
 namespace t4d::voxel4d {
 namespace {

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "voxel4d/volumes/volume_frames.h"
+#include "t4d/frames.h"
 
 namespace t4d::voxel4d {
 

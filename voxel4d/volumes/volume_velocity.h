@@ -4,8 +4,8 @@
 #include <memory>
 #include <span>
 
+#include "t4d/frames.h"
 #include "voxel4d/velocity.h"
-#include "voxel4d/volumes/volume_frames.h"
 
 namespace t4d::voxel4d {
 

@@ -1,6 +1,6 @@
 #include <cstdio>
 
-#include "model/flat_mesh.h"
+#include "t4d/mesh.h"
 
 // The boundary of a pentachoron, as one slab without layers.
 int main() {

@@ -9,6 +9,7 @@
 
 #include "formats/t4d/chunk_list.h"
 #include "formats/t4d/join.h"
+#include "formats/t4d/metadata.h"
 #include "formats/t4d/test_slabs.h"
 #include "tools/t4d/tests/test_folder.h"
 
