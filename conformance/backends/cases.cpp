@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "conformance/backends/milling.h"
+#include "fixtures/fields.h"
 #include "fixtures/motions.h"
 #include "fixtures/solids.h"
 #include "model/degrees.h"
