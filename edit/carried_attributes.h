@@ -1,18 +1,33 @@
 #pragma once
 
-#include <cstdint>
 #include <span>
 #include <vector>
 
 #include "t4d/surface.h"
+#include "edit/vertex_lineage.h"
 
 namespace t4d::edit {
 
-/// The attributes of a mesh for another one that was made of its triangles, turned or not: vertex i
-/// of `after` follows the vertex `sources[i]`. A triangle that is not one of `before` has at each
-/// corner what some triangle has there, and else what such a triangle of its first corner has.
+/// The attributes of a mesh for a surface `after` that was made of it by mending.
+///
+/// `merged` are the triangles of `before`, in the same order, with merged vertices. `origins` are
+/// those of the vertices of `after`, by the numbers in `merged`. It is empty if `after` is a new
+/// surface that has no triangle of `before`.
+///
+/// A triangle of `after` has what the triangle of `before` has that it comes from:
+/// * one with the same corners, turned or not, or one that was divided at the middles of its edges;
+/// * otherwise one that it is a piece of;
+/// * otherwise, as what fills a hole, one that shares an edge or else the first corner with it;
+/// * without `origins`, the one nearest to its middle.
+///
+/// Corners, also of vertex attributes, keep their rows. What fills a hole has at each corner what
+/// another triangle has there. New corners have the values of the nearest point of the triangle:
+/// floating-point numbers are interpolated, integers are those of its nearest corner. A vertex
+/// attribute that has several values at a vertex of `after` becomes one of corners
+/// (model::kCornersOf), unless there is one of this name.
 std::vector<model::Attribute> carriedAttributes(const model::TriangleMesh& before,
-                                                std::span<const model::Triangle> after,
-                                                std::span<const std::uint32_t> sources);
+                                                std::span<const model::Triangle> merged,
+                                                const model::TriangleMesh& after,
+                                                std::span<const VertexOrigin> origins);
 
 }  // namespace t4d::edit

@@ -324,7 +324,8 @@ Result<Envelope> exactly(const Silhouette& silhouette, const EnvelopeOptions& op
   weldVertices(mesh, 0);
   std::erase_if(mesh.triangles, hasTwice);
   dropUnusedVertices(mesh);
-  if (auto taken = takeOuterSurface(mesh, /*always=*/true, changes); !taken) {
+  VertexLineage unused(mesh.vertices.size());
+  if (auto taken = takeOuterSurface(mesh, /*always=*/true, unused, changes); !taken) {
     Error error = taken.error();
     error.message = "the exact envelope cannot be made: " + error.message;
     error.remedy = Remedy::None;
@@ -337,7 +338,7 @@ Result<Envelope> exactly(const Silhouette& silhouette, const EnvelopeOptions& op
   envelope.errorBound =
       kRounding * largestCoordinate(bounds, Point3::Zero()) + roundingOfOutput(bounds, options);
   if (!*sound) {
-    if (auto apart = takeApart(mesh, changes); !apart) return apart.error();
+    if (auto apart = takeApart(mesh, unused, changes); !apart) return apart.error();
     constexpr double kApart = 1e-5;
     envelope.errorBound = std::max(envelope.errorBound, kApart * diagonal);
   }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <functional>
 #include <memory>
-#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -83,15 +82,11 @@ class Followers {
  public:
   /// `local` are the vertices that poses move; none if there are no poses.
   Followers(std::size_t vertices, std::vector<Point3> local)
-      : sources_(vertices), local_(std::move(local)) {
-    std::iota(sources_.begin(), sources_.end(), 0U);
-  }
+      : lineage_(vertices), local_(std::move(local)) {}
 
   void follow(std::vector<VertexOrigin> origins, std::vector<MergedPair> merged) {
-    const std::size_t vertices = sources_.size();
-    std::vector<std::uint32_t> sources;
-    for (const VertexOrigin& origin : origins) sources.push_back(sources_[origin.front()]);
-    sources_ = std::move(sources);
+    const std::size_t vertices = lineage_.origins().size();
+    lineage_.follow(origins);
     if (!local_.empty()) {
       std::vector<Point3> moved;
       for (const VertexOrigin& origin : origins) moved.push_back(middleOf(local_, origin));
@@ -104,8 +99,7 @@ class Followers {
   }
 
   void thicken(const ThickSheets& thick, double thickness) {
-    for (const std::uint32_t vertex : thick.sheet)
-      sources_.push_back(std::uint32_t(sources_[vertex]));
+    lineage_.append(thick.sheet);
     local_.clear();  // the sides of a pose that scales are not apart by the thickness
     makers_.emplace_back([=](std::unique_ptr<model::VertexKeys> run) {
       return std::make_unique<KeysOfThickSheets>(std::move(run), thick.triangles, thick.sheet,
@@ -120,11 +114,10 @@ class Followers {
 
   bool empty() const { return makers_.empty(); }
   const std::vector<Point3>& local() const { return local_; }
-  /// For each vertex, the one at the beginning that it follows, or one of two.
-  const std::vector<std::uint32_t>& sources() const { return sources_; }
+  const VertexLineage& lineage() const { return lineage_; }
 
  private:
-  std::vector<std::uint32_t> sources_;
+  VertexLineage lineage_;
   std::vector<Point3> local_;
   std::vector<std::function<std::unique_ptr<model::VertexKeys>(std::unique_ptr<model::VertexKeys>)>>
       makers_;
@@ -195,8 +188,9 @@ Result<MendSurfaceReport> mendDeformation(TriangleMesh& mesh, Runs& runs,
   measureAfter(welded, after, options, report);
   report.closed = report.manifold = true;
   if (findsCrossings() && crossings == Crossings::Refused) report.selfIntersections = 0;
-  mesh.attributes = carriedAttributes({{}, welded.triangles, std::move(mesh.attributes)},
-                                      after.triangles, followers.sources());
+  before.attributes = std::move(mesh.attributes);
+  mesh.attributes =
+      carriedAttributes(before, welded.triangles, after, followers.lineage().origins());
   mesh.triangles = std::move(after.triangles);
   mesh.vertices = followers.local().empty() ? std::move(after.vertices) : followers.local();
   return report;

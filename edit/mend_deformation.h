@@ -27,10 +27,9 @@ enum class Crossings : std::uint8_t { Refused, Accepted };
 /// taking the outer surface moves vertices; for sheets without `thicken` (Remedy::Thicken); if
 /// vertices within `weld` of each other at the first key are farther apart at another (checked when
 /// that key is read); if a hole is wider at the first key than `maxHole`; and if mendSurface does.
-/// `maxMove` and `remesh` are not used. Attributes are those of the triangles, and of
-/// others at the same vertices where holes were filled. The Hausdorff distance and the
-/// volumes are those at the first key. A build without CGAL has the restrictions of mendSurface,
-/// and finds no sheets.
+/// `maxMove` and `remesh` are not used. Attributes are carried along (carried_attributes.h). The
+/// Hausdorff distance and the volumes are those at the first key. A build without CGAL has the
+/// restrictions of mendSurface, and finds no sheets.
 Result<MendSurfaceReport> mendDeformation(model::TriangleMesh& mesh, Runs& runs,
                                           const MendSurfaceOptions& options = {},
                                           Crossings crossings = Crossings::Refused);

@@ -9,10 +9,11 @@
 #include <utility>
 #include <vector>
 
+#include "t4d/edit.h"
+#include "edit/vertex_lineage.h"
+#include "t4d/error.h"
 #include "model/surface_edges.h"
 #include "model/unit_scale.h"
-#include "t4d/edit.h"
-#include "t4d/error.h"
 #include "t4d/surface.h"
 
 /// The steps of mendSurface, in order. Each adds its changes to the report.
@@ -116,17 +117,16 @@ Result<void> fillHoles(model::TriangleMesh& mesh, const MendSurfaceOptions& opti
 // take_outer_surface.cpp
 
 /// Takes the outer surface if triangles cross, or in any case if `always`. The result is closed,
-/// but may touch itself. A build without CGAL does not look for crossings.
-Result<void> takeOuterSurface(model::TriangleMesh& mesh, bool always, Changes& changes);
+/// but may touch itself. A build without CGAL does not look for crossings. `lineage` is that of the
+/// vertices of `mesh`.
+Result<void> takeOuterSurface(model::TriangleMesh& mesh, bool always, VertexLineage& lineage,
+                              Changes& changes);
 
 // take_apart.cpp
 
 /// Whether the mesh bounds a solid when equal vertices are merged, as in a file. A build without
 /// CGAL ignores crossings.
 Result<bool> isSound(const model::TriangleMesh& mesh);
-
-/// The two vertices in whose middle a vertex is; a copy of a vertex has it twice.
-using VertexOrigin = std::array<std::uint32_t, 2>;
 
 inline model::Point3 middleOf(std::span<const model::Point3> places, const VertexOrigin& origin) {
   if (origin[0] == origin[1]) return places[origin[0]];
@@ -147,8 +147,8 @@ struct SplitSurface {
 SplitSurface splitWhereTouching(const model::TriangleMesh& mesh);
 void noteSplit(const SplitSurface& split, Changes& changes);
 
-/// Separates parts that touch each other.
-Result<void> takeApart(model::TriangleMesh& mesh, Changes& changes);
+/// Separates parts that touch each other. `lineage` is that of the vertices of `mesh`.
+Result<void> takeApart(model::TriangleMesh& mesh, VertexLineage& lineage, Changes& changes);
 
 // lost_surface.cpp
 

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "edit/carried_attributes.h"
 #include "edit/mend_steps.h"
 #include "edit/remesh_surface.h"
 #include "edit/surface_crossings.h"
@@ -21,8 +22,8 @@ using model::TriangleMesh;
 
 /// Takes apart what touches itself. Cuts that nearly meet leave edges so short that nothing can
 /// move by a part of them: if need be, those are collapsed first, longer ones each time.
-Result<void> separate(TriangleMesh& mesh, Changes& changes) {
-  auto apart = takeApart(mesh, changes);
+Result<void> separate(TriangleMesh& mesh, VertexLineage& lineage, Changes& changes) {
+  auto apart = takeApart(mesh, lineage, changes);
   const model::Bounds3 bounds = boundsOf(mesh);
   const double size = std::max(bounds.max.cwiseAbs().maxCoeff(), bounds.min.cwiseAbs().maxCoeff());
   for (const int exponent : {-46, -42, -38}) {
@@ -31,27 +32,35 @@ Result<void> separate(TriangleMesh& mesh, Changes& changes) {
     if (weldVertices(shorter, std::ldexp(size, exponent)) == 0) continue;
     std::erase_if(shorter.triangles, hasTwice);
     Changes cleaned;
-    if (!takeOuterSurface(shorter, false, cleaned)) continue;
-    dropUnusedVertices(shorter);
-    apart = takeApart(shorter, changes);
-    if (apart) mesh = std::move(shorter);
+    VertexLineage ofShorter = lineage;
+    if (!takeOuterSurface(shorter, false, ofShorter, cleaned)) continue;
+    ofShorter.select(dropUnusedVertices(shorter));
+    apart = takeApart(shorter, ofShorter, changes);
+    if (!apart) continue;
+    mesh = std::move(shorter);
+    lineage = std::move(ofShorter);
   }
   return apart;
 }
 
 /// Steps 4 to 7 of mendSurface, on an oriented mesh in the unit of `scale`.
-Result<void> closeAndSeparate(TriangleMesh& mesh, const MendSurfaceOptions& options,
-                              const model::UnitScale& scale, Changes& changes) {
+Result<void> closeAndSeparate(TriangleMesh& mesh, VertexLineage& lineage,
+                              const MendSurfaceOptions& options, const model::UnitScale& scale,
+                              Changes& changes) {
   if (options.thicken) {
     auto thick = thickSheetsOf(mesh, *options.thicken, scale, changes);
     if (!thick) return thick.error();
-    if (*thick) mesh = std::move((*thick)->mesh);
+    if (*thick) {
+      lineage.follow((*thick)->origins);
+      lineage.append((*thick)->sheet);
+      mesh = std::move((*thick)->mesh);
+    }
   }
   if (auto filled = fillHoles(mesh, options, scale, changes); !filled) return filled;
   const bool nested = faceOutward(mesh, changes);
-  if (auto outer = takeOuterSurface(mesh, nested, changes); !outer) return outer;
-  if (auto apart = separate(mesh, changes); !apart) return apart;
-  dropUnusedVertices(mesh);
+  if (auto outer = takeOuterSurface(mesh, nested, lineage, changes); !outer) return outer;
+  if (auto apart = separate(mesh, lineage, changes); !apart) return apart;
+  lineage.select(dropUnusedVertices(mesh));
   const auto sound = isSound(mesh);
   if (!sound) return sound.error();
   if (*sound) return {};
@@ -195,11 +204,12 @@ Result<MendSurfaceReport> mendSurface(TriangleMesh& mesh, const MendSurfaceOptio
   const model::UnitScale scale = model::UnitScale::of({&work});
   if (scale.changes()) work = scale.toUnit(work);
   dropStray(work, report.changes);
-  dropUnusedVertices(work);
+  VertexLineage lineage(work.vertices.size());
+  lineage.select(dropUnusedVertices(work));
   auto done = orient(work, report.changes);
   TriangleMesh beforeHoles = work;
   const std::size_t changesBefore = report.changes.size();
-  if (done) done = closeAndSeparate(work, options, scale, report.changes);
+  if (done) done = closeAndSeparate(work, lineage, options, scale, report.changes);
   if (!done) {
     if (!options.remesh || done.error().remedy != Remedy::Remesh) return done.error();
     work = std::move(beforeHoles);
@@ -209,6 +219,7 @@ Result<MendSurfaceReport> mendSurface(TriangleMesh& mesh, const MendSurfaceOptio
     const auto sound = isSound(work);
     if (!sound) return sound.error();
     if (!*sound) return fail(ErrorCode::Failed, "the new surface has faults");
+    lineage = VertexLineage(0);
   }
   report.components = componentsOf(work).size();
   for (Point3& vertex : work.vertices) vertex = scale.fromUnit(vertex);
@@ -219,6 +230,7 @@ Result<MendSurfaceReport> mendSurface(TriangleMesh& mesh, const MendSurfaceOptio
   report.closed = true;
   report.manifold = true;
   if (findsCrossings()) report.selfIntersections = 0;
+  work.attributes = carriedAttributes(mesh, welded.triangles, work, lineage.origins());
   mesh = std::move(work);
   return report;
 }

@@ -273,7 +273,7 @@ void noteSplit(const SplitSurface& split, Changes& changes) {
                                numberOf(vertices, "vertex", "vertices")));
 }
 
-Result<void> takeApart(TriangleMesh& mesh, Changes& changes) {
+Result<void> takeApart(TriangleMesh& mesh, VertexLineage& lineage, Changes& changes) {
   const SplitSurface split = splitWhereTouching(mesh);
   if (split.copies.empty()) return {};
   TriangleMesh apart = split.mesh;
@@ -289,6 +289,7 @@ Result<void> takeApart(TriangleMesh& mesh, Changes& changes) {
     if (!sound) return sound.error();
     if (*sound) {
       mesh = std::move(apart);
+      lineage.follow(split.origins);
       noteSplit(split, changes);
       return {};
     }

@@ -21,7 +21,8 @@ constexpr int kMostCuts = 8;
 
 }  // namespace
 
-Result<void> takeOuterSurface(TriangleMesh& mesh, bool always, Changes& changes) {
+Result<void> takeOuterSurface(TriangleMesh& mesh, bool always, VertexLineage& lineage,
+                              Changes& changes) {
   if (!findsCrossings() && !always) return {};
   const model::Bounds3 bounds = boundsOf(mesh);
   const double size = std::max(bounds.max.cwiseAbs().maxCoeff(), bounds.min.cwiseAbs().maxCoeff());
@@ -51,12 +52,13 @@ Result<void> takeOuterSurface(TriangleMesh& mesh, bool always, Changes& changes)
     if (round == 0) dropped = outer->dropped;
     if (crossings->none() && dropped == 0) break;  // it is the outer one as it is
     mesh = std::move(outer->mesh);
+    lineage.extend(mesh.vertices.size());
     // First the rounding alone; then vertices that are as near as rounding may move them, more each
     // time.
     const double near = round == 0 ? 0 : std::ldexp(size, 2 * round - 52);
     weldVertices(mesh, near);
     std::erase_if(mesh.triangles, hasTwice);
-    dropUnusedVertices(mesh);
+    lineage.select(dropUnusedVertices(mesh));
   }
   if (pairs > 0) {
     note(changes, SurfaceFault::Crossing, pairs,

@@ -101,8 +101,9 @@ struct MendSurfaceReport {
 /// A surface without such faults is not changed. All decisions use exact predicates, except for
 /// winding numbers, which must be close to integers. On failure nothing is changed. Fails if
 /// the result would exceed the limits or could not be made; the remedy of the error is the option
-/// that helps: Remesh, MaxHole or MaxMove. Attributes are dropped. A build without CGAL does not
-/// look for crossings and flat triangles, and fails if there are holes or nested components.
+/// that helps: Remesh, MaxHole or MaxMove. Attributes are carried along (carried_attributes.h). A
+/// build without CGAL does not look for crossings and flat triangles, and fails if there are holes
+/// or nested components.
 Result<MendSurfaceReport> mendSurface(model::TriangleMesh& mesh,
                                       const MendSurfaceOptions& options = {},
                                       const model::Progress& progress = {});
