@@ -16,6 +16,7 @@
 #include "formats/gltf/gltf_instances.h"
 #include "formats/gltf/gltf_looks.h"
 #include "formats/gltf/gltf_losses.h"
+#include "formats/gltf/gltf_material_names.h"
 #include "formats/gltf/gltf_scene.h"
 #include "formats/gltf/gltf_shape.h"
 #include "formats/t4d/names.h"
@@ -116,6 +117,8 @@ class AnimationReader {
           fmt::format("{} before time 0, where the animation begins",
                       model::counted(moving_->keysBeforeZero, "key is", "keys are")));
     }
+    scene_.materials = materials_.names();
+    used_.materialNames = !scene_.materials.empty();
     scene_.losses = gltfLosses(model_, used_);
     if (!moving_->others.empty()) {
       scene_.losses.push_back(fmt::format("the animation of {}: it neither moves nodes nor morphs",
@@ -194,6 +197,8 @@ class AnimationReader {
     GltfLooks looks = readGltfLooks(file_, model_, parts);
     FileCorners corners;
     if (!looks.rows.empty()) geometry.keepCornersIn(corners);
+    std::vector<std::uint32_t> partOf;
+    geometry.keepPartsIn(partOf);
     auto loaded = std::move(geometry).finish();
     if (!loaded) {
       loaded.error().where = gltfElement(file_, "meshes", node.mesh);
@@ -219,6 +224,7 @@ class AnimationReader {
     for (const model::Attribute& rows : looks.rows) {
       body.mesh.attributes.push_back(cornerAttribute(rows, corners.points, corners, body.mesh));
     }
+    materials_.addTo(body.mesh, parts, partOf);
     used_.attributes.merge(looks.names);
     scene_.bodies.push_back(std::move(body));
     shapes_.push_back(std::move(shape));
@@ -375,6 +381,7 @@ class AnimationReader {
   std::vector<std::shared_ptr<const GltfShape>> shapes_;
   std::vector<bool> mirrored_;
   std::set<std::string> names_;
+  GltfMaterialNames materials_{model_};
   AnimatedScene scene_;
 };
 

@@ -45,6 +45,7 @@ struct AnimatedScene {
   std::vector<std::string> losses;
   std::vector<std::string> otherAnimations;  ///< that are not read: names in quotes, or numbers
   std::vector<std::filesystem::path> otherFiles;  ///< as LoadedMesh::otherFiles
+  std::vector<std::string> materials = {};        ///< as LoadedMesh::materials, of all bodies
   std::string lengthUnit = "m";
   std::string up = "y";  ///< or "z"
 };
@@ -64,7 +65,7 @@ std::vector<platform::FileFormat> animatedGltfFormats();
 /// the curves, along the chain of nodes by Leibniz's rule; model::edgeDeviation of the layers
 /// bounds what slices are off their vertices.
 ///
-/// Meshes have colours and texture coordinates as those of Keep::Attributes.
+/// Meshes have colours, texture coordinates and materials as those of Keep::Attributes.
 ///
 /// Where a STEP curve changes its value, the body ends and begins anew, each time closed by a cap.
 /// It is left out for as long as its scale is zero. A body whose transform mirrors is read

@@ -545,6 +545,19 @@ TEST(GltfAnimation, OneOfSeveralIsReadOrAllTogether) {
   EXPECT_EQ(xAtEnd(all->bodies.at(2)), 6);
 }
 
+TEST(GltfAnimation, BodiesHaveTheMaterialsOfTheirTriangles) {
+  Gltf gltf;
+  gltf.animate(0, "translation", "LINEAR", {0, 1}, {0, 0, 0, 1, 0, 0});
+  gltf.more = R"(,"materials":[{"name":"unused"},{"name":"fur"}])";
+  const AnimatedScene scene = readOf(gltf.file(R"(},"mode":5,"material":1)"), 1);
+  const model::TriangleMesh& mesh = scene.bodies.at(0).mesh;
+  ASSERT_EQ(mesh.attributes.size(), 1U);
+  EXPECT_EQ(mesh.attributes[0],
+            model::makeAttribute("material", model::Domain::Cell,
+                                 std::vector<std::uint32_t>(mesh.triangles.size(), 1)));
+  EXPECT_EQ(scene.materials, (std::vector<std::string>{"", "fur"}));
+}
+
 TEST(GltfAnimation, WhatIsNoAnimationIsRefused) {
   const auto errorOf = [](Gltf gltf, const GltfAnimationOptions& options = {}) {
     const auto scene = readGltfAnimation(gltf.file(), options);

@@ -463,6 +463,10 @@ Result<void> GltfBuilder::addAttributes(const NamedMesh& named, const Layout& la
     // glTF has v downward.
     const bool isUv = given == "uv" && components == 2;
     if (isUv) name = "TEXCOORD_0";
+    if (attribute.name == kMaterial &&
+        !writtenMaterials(named, {.attributes = true, .materials = materialNames_}).empty()) {
+      continue;  // primitives have it
+    }
     if (attribute.domain != model::Domain::Vertex && !isOfCorners) {
       lose("glTF has attributes of vertices only");
     } else if (!fits(attribute, named.mesh)) {
@@ -522,14 +526,10 @@ Result<int> GltfBuilder::addMesh(const NamedMesh& named, const model::Point3& ce
   layout.places = withCopies(std::move(layout.places), layout.copies);
   const auto positions = addPositions(layout.places, false);
   if (!positions) return positions.error();
-  const auto indices = addIndices(layout, triangles);
-  if (!indices) return indices.error();
 
   tinygltf::Primitive primitive;
   primitive.mode = TINYGLTF_MODE_TRIANGLES;
   primitive.attributes["POSITION"] = *positions;
-  primitive.indices = *indices;
-  primitive.material = materialOf(named);
   if (normals_) {
     const auto normals = addNormals(withCopies(layout.vertices.normals, layout.copies));
     if (!normals) return normals.error();
@@ -545,9 +545,37 @@ Result<int> GltfBuilder::addMesh(const NamedMesh& named, const model::Point3& ce
   }
   tinygltf::Mesh mesh;
   mesh.name = named.name;
-  mesh.primitives.push_back(std::move(primitive));
+  if (auto done = addPrimitives(named, layout, triangles, std::move(primitive), mesh); !done) {
+    return done.error();
+  }
   model_.meshes.push_back(std::move(mesh));
   return static_cast<int>(model_.meshes.size() - 1);
+}
+
+Result<void> GltfBuilder::addPrimitives(const NamedMesh& named, const Layout& layout,
+                                        std::span<const model::Triangle> triangles,
+                                        tinygltf::Primitive primitive, tinygltf::Mesh& mesh) {
+  const std::vector<std::uint32_t> materials =
+      writtenMaterials(named, {.attributes = attributes_, .materials = materialNames_});
+  const auto add = [&](std::span<const model::Triangle> some,
+                       const std::string& name) -> Result<void> {
+    const auto indices = addIndices(layout, some);
+    if (!indices) return indices.error();
+    primitive.indices = *indices;
+    primitive.material = materialOf(named, name);
+    mesh.primitives.push_back(primitive);
+    return {};
+  };
+  if (materials.empty()) return add(triangles, "");
+  std::vector<std::vector<model::Triangle>> byNumber(materialNames_.size());
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    byNumber[materials[i]].push_back(triangles[i]);
+  }
+  for (std::size_t number = 0; number < byNumber.size(); ++number) {
+    if (byNumber[number].empty()) continue;
+    if (auto done = add(byNumber[number], materialNames_[number]); !done) return done;
+  }
+  return {};
 }
 
 Result<void> GltfBuilder::addTarget(int mesh, const Layout& layout, const NamedMesh& shape,
@@ -588,12 +616,13 @@ Result<void> GltfBuilder::addTarget(int mesh, const Layout& layout, const NamedM
     if (!normals) return normals.error();
     target["NORMAL"] = *normals;
   }
-  model_.meshes[static_cast<std::size_t>(mesh)].primitives.front().targets.push_back(
-      std::move(target));
+  for (auto& primitive : model_.meshes[static_cast<std::size_t>(mesh)].primitives) {
+    primitive.targets.push_back(target);
+  }
   return {};
 }
 
-int GltfBuilder::materialOf(const NamedMesh& named) {
+int GltfBuilder::materialOf(const NamedMesh& named, const std::string& name) {
   const int number = static_cast<int>(model_.materials.size());
   std::optional<Color> color = named.color;
   bool translucent = color && (*color)[3] < 1;
@@ -602,13 +631,15 @@ int GltfBuilder::materialOf(const NamedMesh& named) {
     color = Color{1, 1, 1, 1};
     translucent =
         std::ranges::any_of(named.colors->colors, [](const auto& each) { return each[3] < 1; });
-    known = coloredMaterials_.emplace(translucent, number).first->second;
+    known = coloredMaterials_.emplace(std::pair(name, translucent), number).first->second;
   } else {
-    known = materials_.emplace(color, number).first->second;
+    known = materials_.emplace(std::pair(name, color), number).first->second;
   }
   if (known != number) return known;
   tinygltf::Material material;
-  material.name = color ? fmt::format("color {}", number) : "plain";
+  material.name = !name.empty() ? name
+                  : color       ? fmt::format("{}{}", kGltfColorMaterial, number)
+                                : kGltfPlainMaterial;
   material.pbrMetallicRoughness.baseColorFactor = {0.8, 0.8, 0.8, 1};
   if (color) material.pbrMetallicRoughness.baseColorFactor.assign(color->begin(), color->end());
   if (translucent) material.alphaMode = "BLEND";

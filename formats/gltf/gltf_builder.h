@@ -20,6 +20,9 @@ namespace t4d::formats {
 
 /// `asset.generator` of every file that is written here.
 inline constexpr const char* kGltfGenerator = "t4d";
+/// The names of materials that stand for none: the second is followed by a number.
+inline constexpr const char* kGltfPlainMaterial = "plain";
+inline constexpr const char* kGltfColorMaterial = "color ";
 
 /// A glTF file in the making: the document, and one buffer with all numbers. `where` of its errors
 /// names the mesh, or is empty; `inFile` adds the path.
@@ -103,6 +106,7 @@ class GltfBuilder {
   GltfBuilder(Form form, const MeshWriteOptions& options)
       : isText_(form == Form::Text),
         attributes_(options.attributes),
+        materialNames_(options.materials),
         normals_(options.normals),
         center_(options.center),
         encoding_(options.gltf),
@@ -123,7 +127,12 @@ class GltfBuilder {
   Result<void> addAttributes(const NamedMesh& named, const Layout& layout,
                              std::span<const model::Triangle> triangles,
                              tinygltf::Primitive& primitive);
-  int materialOf(const NamedMesh& named);
+  /// A primitive for each material of the triangles.
+  Result<void> addPrimitives(const NamedMesh& named, const Layout& layout,
+                             std::span<const model::Triangle> triangles,
+                             tinygltf::Primitive primitive, tinygltf::Mesh& mesh);
+  /// `name` is "" for the material of a mesh without any.
+  int materialOf(const NamedMesh& named, const std::string& name);
   /// Names that are not UTF-8, which JSON must be, with _ in place of the wrong bytes.
   void keepNamesInUtf8();
   Result<std::string> documentJson();
@@ -135,6 +144,7 @@ class GltfBuilder {
 
   bool isText_;
   bool attributes_;
+  std::vector<std::string> materialNames_;
   std::optional<NormalStyle> normals_;
   model::Point3 center_;
   GltfEncoding encoding_;
@@ -146,8 +156,9 @@ class GltfBuilder {
   std::string otherBuffer_;                          // the entry of a second buffer, if any
   std::unordered_multimap<std::size_t, int> views_;  // by the hash of their bytes
   std::map<std::tuple<int, int, int, bool>, int> accessors_;  // by view and how it is read
-  std::map<std::optional<Color>, int> materials_;
-  std::map<bool, int> coloredMaterials_;  // white; by whether vertices are translucent
+  std::map<std::pair<std::string, std::optional<Color>>, int> materials_;
+  /// White; by name, and whether vertices are translucent.
+  std::map<std::pair<std::string, bool>, int> coloredMaterials_;
   std::vector<std::string> lost_;
   RoundingLoss rounding_;
 };

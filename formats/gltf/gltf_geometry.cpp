@@ -98,6 +98,7 @@ Result<void> GltfGeometry::readPrimitive(const tinygltf::Primitive& primitive,
   const std::uint64_t first = builder_.pointCount();
   const auto count = addPoints(position->second, world);
   if (!count) return count.error();
+  builder_.setPart(static_cast<std::uint32_t>(parts_.size()));
   parts_.push_back({&primitive, *count, world.linear()});
   const auto corners = cornersOf(primitive, *count);
   if (!corners) return corners.error();

@@ -34,6 +34,9 @@ class GltfGeometry {
   /// As MeshBuilder::keepCornersIn.
   void keepCornersIn(FileCorners& corners) { builder_.keepCornersIn(corners); }
 
+  /// For each triangle of the mesh that `finish` makes, the number of its part. Filled by `finish`.
+  void keepPartsIn(std::vector<std::uint32_t>& parts) { builder_.keepPartsIn(parts); }
+
   /// As MeshBuilder::finish.
   Result<LoadedMesh> finish() && { return std::move(builder_).finish(); }
 

@@ -144,7 +144,8 @@ class Losses {
   void look() {
     // Every file that this library writes has one grey material.
     if (!materials_.empty() && model_.asset.generator != kGltfGenerator) {
-      look_.push_back(counted(materials_.size(), "material"));
+      const std::string count = counted(materials_.size(), "material");
+      look_.push_back(used_.materialNames ? "the look of " + count : count);
     }
     if (!model_.images.empty()) look_.push_back(counted(model_.images.size(), "image"));
     if (!model_.cameras.empty()) look_.push_back(counted(model_.cameras.size(), "camera"));
@@ -152,10 +153,11 @@ class Losses {
       if (!isToldOtherwise(extension)) look_.push_back("extension " + extension);
     }
     if (look_.empty()) return;
+    std::vector<std::string> kept(used_.attributes.begin(), used_.attributes.end());
+    if (used_.materialNames) kept.emplace_back("names of materials");
     const std::string read =
-        used_.attributes.empty()
-            ? "positions and triangles"
-            : fmt::format("positions, triangles and {}", fmt::join(used_.attributes, ", "));
+        kept.empty() ? "positions and triangles"
+                     : fmt::format("positions, triangles and {}", fmt::join(kept, ", "));
     add("{}: only {} are read", fmt::join(look_, ", "), read);
   }
 

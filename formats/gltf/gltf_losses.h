@@ -16,6 +16,7 @@ struct GltfUse {
   bool animated = false;          ///< with skins and morph targets; otherwise at rest
   std::optional<int> scene = {};  ///< nothing for the default one
   std::set<std::string> attributes = {};  ///< of vertices, besides positions: COLOR_0, ...
+  bool materialNames = false;             ///< the names of materials, but nothing else of them
 };
 
 /// A sentence for each thing that a glTF document holds and a triangle mesh does not: geometry

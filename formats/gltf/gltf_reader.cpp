@@ -6,6 +6,7 @@
 #include "formats/gltf/gltf_instances.h"
 #include "formats/gltf/gltf_looks.h"
 #include "formats/gltf/gltf_losses.h"
+#include "formats/gltf/gltf_material_names.h"
 #include "formats/gltf/gltf_scene.h"
 #include "model/amount_text.h"
 
@@ -45,11 +46,20 @@ class RestReader {
     if (keep == Keep::Attributes) looks = readGltfLooks(file_, model_, geometry.parts());
     FileCorners corners;
     if (!looks.rows.empty()) geometry.keepCornersIn(corners);
+    const std::vector<GltfGeometry::Part> parts = geometry.parts();
+    std::vector<std::uint32_t> partOf;
+    geometry.keepPartsIn(partOf);
     auto loaded = std::move(geometry).finish();
     if (!loaded) return loaded;
     for (const model::Attribute& rows : looks.rows) {
       loaded->mesh.attributes.push_back(
           cornerAttribute(rows, corners.points, corners, loaded->mesh));
+    }
+    if (keep == Keep::Attributes) {
+      GltfMaterialNames materials(model_);
+      materials.addTo(loaded->mesh, parts, partOf);
+      loaded->materials = materials.names();
+      used_.materialNames = !loaded->materials.empty();
     }
     if (hidden_ > 0) {
       loaded->notices.push_back(fmt::format("left out {}: scale zero or not visible",

@@ -379,6 +379,27 @@ TEST(GltfReader, KeepsColorsAndTextureCoordinates) {
                                      "COLOR_0, TEXCOORD_0 are read"});
 }
 
+TEST(GltfReader, KeepsTheNamesOfMaterials) {
+  // The same triangles again, in another primitive: each is there twice.
+  const std::string bytes = glb(patched(R"([
+      {"op": "copy", "from": "/meshes/0/primitives/0", "path": "/meshes/0/primitives/-"},
+      {"op": "add", "path": "/meshes/0/primitives/1/material", "value": 2},
+      {"op": "add", "path": "/materials", "value": [{"name": "red"}, {"name": "red"}, {}]}])"));
+  const auto loaded = readBytes("a.glb", bytes, Keep::Attributes);
+  const std::size_t half = loaded.mesh.triangles.size() / 2;
+  std::vector<std::uint32_t> numbers(half, 0);
+  numbers.resize(2 * half, 1);
+  ASSERT_EQ(loaded.mesh.attributes.size(), 1U);
+  EXPECT_EQ(loaded.mesh.attributes[0],
+            model::makeAttribute("material", model::Domain::Cell, numbers));
+  EXPECT_EQ(loaded.materials, (std::vector<std::string>{"", "material 2"}));
+  EXPECT_EQ(loaded.losses,
+            Lines{"the look of 1 material: only positions, triangles and names of materials are "
+                  "read"});
+  const auto shape = readBytes("a.glb", bytes);
+  EXPECT_TRUE(shape.mesh.attributes.empty() && shape.materials.empty());
+}
+
 TEST(GltfReader, ChecksEveryRange) {
   EXPECT_EQ(errorWith(R"([{"op": "replace", "path": "/accessors/0/count", "value": 5}])"),
             "a.glb: accessors[0]: 5 elements of 12 bytes from byte 0, 12 bytes apart, but buffer "

@@ -103,6 +103,7 @@ std::uint64_t FlipbookWriter::State::mostBytes(std::span<const NamedMesh> meshes
     const std::uint64_t vertices = repeats ? 3 * mesh.triangles.size() : mesh.vertices.size();
     const std::uint64_t attributes = options.attributes ? 16 * mesh.attributes.size() : 0;
     bytes += vertices * (12 + 12 + 8 + attributes) + 12 * mesh.triangles.size() + 64;
+    if (options.attributes) bytes += 4 * options.materials.size();
   }
   return bytes;
 }
@@ -114,6 +115,11 @@ std::uint64_t FlipbookWriter::State::mostJsonBytes(std::span<const NamedMesh> me
     // A byte of a name may become six, in a node and a mesh.
     bytes += 2048 + 12 * named.name.size();
     for (const auto& attribute : named.mesh.attributes) bytes += 512 + 6 * attribute.name.size();
+    // A primitive for each material, each with the attributes.
+    if (!options.attributes) continue;
+    for (const std::string& material : options.materials) {
+      bytes += 1024 + 6 * material.size() + 128 * named.mesh.attributes.size();
+    }
   }
   return bytes;
 }

@@ -118,6 +118,50 @@ TEST(GltfWriter, RepeatsVerticesWhoseCornersDiffer) {
   EXPECT_TRUE(loaded->losses.empty());
 }
 
+/// The name of the material of each triangle, by the sum of its corners.
+std::map<std::array<double, 3>, std::string> materialsByPlace(
+    const model::TriangleMesh& mesh, const std::vector<std::string>& names) {
+  std::map<std::array<double, 3>, std::string> materials;
+  const auto found = std::ranges::find(mesh.attributes, "material", &model::Attribute::name);
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    std::uint32_t number = 0;
+    if (found != mesh.attributes.end()) std::memcpy(&number, found->row(i), sizeof number);
+    model::Point3 sum(0, 0, 0);
+    for (const std::uint32_t corner : mesh.triangles[i]) sum += mesh.vertices[corner];
+    materials[{sum.x(), sum.y(), sum.z()}] = names.empty() ? "" : names[number];
+  }
+  return materials;
+}
+
+TEST(GltfWriter, WritesAPrimitiveForEachMaterialOfTriangles) {
+  NamedMesh named = box(2);
+  named.mesh.attributes = {
+      model::makeAttribute("material", model::Domain::Cell,
+                           std::vector<std::uint32_t>{2, 2, 0, 0, 1, 1, 1, 3, 3, 0, 0, 2})};
+  MeshWriteOptions options{.attributes = true, .materials = {"", "wood", "steel", "glass"}};
+  const auto expected = materialsByPlace(named.mesh, options.materials);
+  for (const char* file : {"m.glb", "m.gltf", "m.obj"}) {
+    const auto path = temporaryPath(file);
+    const auto lost = writeTriangleMeshes(path, std::vector{named}, options);
+    ASSERT_TRUE(lost) << lost.error().text();
+    EXPECT_TRUE(lost->empty()) << file;
+    const auto loaded = readTriangleMesh(path, Keep::Attributes);
+    ASSERT_TRUE(loaded) << loaded.error().text();
+    EXPECT_EQ(materialsByPlace(loaded->mesh, loaded->materials), expected) << file;
+    EXPECT_TRUE(loaded->losses.empty()) << file;
+    if (path.extension() == ".obj") continue;
+    EXPECT_EQ(documentOf(path)["meshes"][0]["primitives"].size(), 4U);
+  }
+  // Without names, or without attributes, all is one.
+  for (const auto& other : {MeshWriteOptions{.attributes = true}, MeshWriteOptions{}}) {
+    const auto path = temporaryPath("one.glb");
+    const auto lost = writeTriangleMeshes(path, std::vector{named}, other);
+    EXPECT_EQ(lost->size(), other.attributes ? 1U : 0U);
+    EXPECT_EQ(documentOf(path)["meshes"][0]["primitives"].size(), 1U);
+    EXPECT_TRUE(readTriangleMesh(path, Keep::Attributes)->materials.empty());
+  }
+}
+
 TEST(GltfWriter, PlacesInMetresWithYUp) {
   const auto path = temporaryPath("placed.glb");
   ASSERT_TRUE(writeTriangleMeshes(path, std::vector{box(2, 5)},

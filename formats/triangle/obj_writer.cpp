@@ -13,6 +13,8 @@
 namespace t4d::formats {
 namespace {
 
+const std::string kNoMaterial;
+
 /// A name must be on one line.
 std::string onOneLine(std::string name) {
   for (char& c : name) {
@@ -52,14 +54,34 @@ std::uint64_t uvNumber(const model::Attribute& uv, const model::TriangleMesh& me
                                             : 3 * triangle + corner;
 }
 
+/// The colours of a mesh that are written as they are: three bytes for each vertex. Null if it has
+/// none, or others are written.
+const model::Attribute* colorsOf(const NamedMesh& named) {
+  if (named.color || named.colors) return nullptr;
+  const auto found = std::ranges::find_if(named.mesh.attributes, [&](const auto& attribute) {
+    return attribute.name == "color" && attribute.domain == model::Domain::Vertex &&
+           attribute.type == model::ScalarType::UInt8 && attribute.components == 3 &&
+           fits(attribute, named.mesh);
+  });
+  return found == named.mesh.attributes.end() ? nullptr : &*found;
+}
+
 /// What the format has no room for.
-std::vector<std::string> attributesLost(std::span<const NamedMesh> meshes) {
+std::vector<std::string> attributesLost(std::span<const NamedMesh> meshes,
+                                        const MeshWriteOptions& options) {
   std::vector<std::string> lost;
   for (const NamedMesh& named : meshes) {
     const model::Attribute* uv = uvOf(named.mesh);
+    const model::Attribute* colors = colorsOf(named);
+    const bool hasMaterials = !writtenMaterials(named, options).empty();
     for (const model::Attribute& attribute : named.mesh.attributes) {
-      if (&attribute == uv) continue;
-      addOnce(lost, lostLine(attribute, "OBJ has no attributes but texture coordinates"));
+      if (&attribute == uv || &attribute == colors ||
+          (hasMaterials && attribute.name == kMaterial)) {
+        continue;
+      }
+      addOnce(lost, lostLine(attribute,
+                             "OBJ has no attributes but texture coordinates, opaque colours of "
+                             "vertices in bytes, and materials"));
     }
   }
   return lost;
@@ -81,15 +103,19 @@ Result<std::vector<std::string>> writeObj(OutputFile& file, std::span<const Name
   std::uint64_t first = 1;
   std::uint64_t firstUv = 1;
   std::uint64_t firstNormal = 1;
+  std::string material;  // of the faces so far
   for (const NamedMesh& named : meshes) {
     fmt::format_to(std::back_inserter(text), "o {}\n", onOneLine(named.name));
     // Colours after the coordinates are no part of the format, but many programs read them.
     const bool colored = hasColors({&named, 1}, model::Domain::Vertex, model::Domain::Vertex);
+    const model::Attribute* colors = options.attributes ? colorsOf(named) : nullptr;
     for (std::size_t i = 0; i < named.mesh.vertices.size(); ++i) {
       const model::Point3 vertex = named.mesh.vertices[i] - options.center;
       std::string color;
-      for (int k = 0; colored && k < 3; ++k) {
-        color += fmt::format(" {:.4g}", sRgbOf(named, model::Domain::Vertex, i)[k] / 255.0);
+      for (std::size_t k = 0; (colored || colors != nullptr) && k < 3; ++k) {
+        const double byte =
+            colored ? sRgbOf(named, model::Domain::Vertex, i)[k] : attributeNumber(*colors, i, k);
+        color += fmt::format(" {:.4g}", byte / 255.0);
       }
       // "{}" is the shortest decimal that reads back as the same double.
       fmt::format_to(std::back_inserter(text), "v {} {} {}{}\n", vertex.x(), vertex.y(), vertex.z(),
@@ -114,7 +140,11 @@ Result<std::vector<std::string>> writeObj(OutputFile& file, std::span<const Name
       fmt::format_to(std::back_inserter(text), "vn {} {} {}\n", normal.x(), normal.y(), normal.z());
       if (auto done = flush(); !done) return done.error();
     }
+    const std::vector<std::uint32_t> materials = writtenMaterials(named, options);
     for (std::size_t i = 0; i < named.mesh.triangles.size(); ++i) {
+      const std::string& its = materials.empty() ? kNoMaterial : options.materials[materials[i]];
+      if (its != material) fmt::format_to(std::back_inserter(text), "usemtl {}\n", onOneLine(its));
+      material = its;
       text += "f";
       for (int corner = 0; corner < 3; ++corner) {
         fmt::format_to(std::back_inserter(text), " {}", first + named.mesh.triangles[i][corner]);
@@ -135,7 +165,7 @@ Result<std::vector<std::string>> writeObj(OutputFile& file, std::span<const Name
   }
   if (auto done = flush(); !done) return done.error();
   std::vector<std::string> lost;
-  if (options.attributes) lost = attributesLost(meshes);
+  if (options.attributes) lost = attributesLost(meshes, options);
   if (hasColors(meshes, model::Domain::Cell, model::Domain::Vertex)) {
     lost.emplace_back("colours of triangles: OBJ has colours of vertices only");
   }

@@ -89,6 +89,22 @@ std::string whyNot(const Attribute& attribute, std::span<const NamedMesh> meshes
   return {};
 }
 
+/// The names by which readers know colours and texture coordinates of vertices; empty for others.
+std::vector<std::string> lookNames(const Attribute& attribute) {
+  if (attribute.domain != Domain::Vertex) return {};
+  const std::uint32_t count = attribute.components;
+  if (attribute.name == "color" && attribute.type == ScalarType::UInt8 && count == 3) {
+    return {"red", "green", "blue"};
+  }
+  if (attribute.name == "color" && attribute.type == ScalarType::UInt8 && count == 4) {
+    return {"red", "green", "blue", "alpha"};
+  }
+  if (attribute.name == "uv" && attribute.type == ScalarType::Float32 && count == 2) {
+    return {"s", "t"};
+  }
+  return {};
+}
+
 std::vector<std::string> propertyNames(const Attribute& attribute) {
   const std::string name = plainName(attribute.name);
   if (attribute.components == 1) return {name};
@@ -158,9 +174,13 @@ class Writer {
           continue;
         }
         std::string why = whyNot(attribute, meshes_);
-        const auto names = propertyNames(attribute);
+        const auto isTaken = [&](const std::string& name) {
+          return std::ranges::find(taken, name) != taken.end();
+        };
+        auto names = lookNames(attribute);
+        if (names.empty() || std::ranges::any_of(names, isTaken)) names = propertyNames(attribute);
         for (const auto& name : names) {
-          if (std::ranges::find(taken, name) != taken.end()) why = "another has the same name";
+          if (isTaken(name)) why = "another has the same name";
           if (name.empty()) why = "it has no name";
         }
         if (!why.empty()) {

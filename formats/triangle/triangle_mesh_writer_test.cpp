@@ -78,7 +78,8 @@ TEST(TriangleMeshWriter, ObjKeepsTextureCoordinatesOfCornersAndVertices) {
     const auto lost = writeTriangleMeshes(path, two, {.attributes = true, .normals = normals});
     ASSERT_TRUE(lost) << lost.error().text();
     EXPECT_EQ(*lost, std::vector<std::string>{"vertex attribute 'heat': OBJ has no attributes but "
-                                              "texture coordinates"});
+                                              "texture coordinates, opaque colours of vertices in "
+                                              "bytes, and materials"});
     const auto loaded = readTriangleMesh(path, Keep::Attributes);
     ASSERT_TRUE(loaded) << loaded.error().text();
     EXPECT_EQ(loaded->mesh.attributes, std::vector{both});

@@ -111,6 +111,24 @@ bool fits(const model::Attribute& attribute, const model::TriangleMesh& mesh) {
   return attribute.rowBytes() > 0 && attribute.values.size() == rows * attribute.rowBytes();
 }
 
+std::vector<std::uint32_t> writtenMaterials(const NamedMesh& named,
+                                            const MeshWriteOptions& options) {
+  if (!options.attributes || options.materials.empty()) return {};
+  for (const model::Attribute& attribute : named.mesh.attributes) {
+    if (attribute.name != kMaterial || attribute.domain != model::Domain::Cell ||
+        attribute.type != model::ScalarType::UInt32 || attribute.components != 1 ||
+        !fits(attribute, named.mesh)) {
+      continue;
+    }
+    std::vector<std::uint32_t> numbers(attribute.rows());
+    std::memcpy(numbers.data(), attribute.values.data(), attribute.values.size());
+    const bool areNamed = std::ranges::all_of(
+        numbers, [&](std::uint32_t number) { return number < options.materials.size(); });
+    return areNamed ? numbers : std::vector<std::uint32_t>();
+  }
+  return {};
+}
+
 std::string plainName(std::string_view name) {
   std::string plain(name);
   for (char& c : plain) {

@@ -37,6 +37,14 @@ std::string plainName(std::string_view name);
 /// "vertex attribute 'NAME': WHY"
 std::string lostLine(const model::Attribute& attribute, std::string_view why);
 
+/// The name of the attribute that numbers the materials of triangles.
+inline constexpr const char* kMaterial = "material";
+
+/// The number of each triangle's material in `options.materials`. Empty if the mesh has none, or
+/// they are not to be written.
+std::vector<std::uint32_t> writtenMaterials(const NamedMesh& named,
+                                            const MeshWriteOptions& options);
+
 /// A line for each attribute name of the meshes, for a format without attributes.
 std::vector<std::string> allAttributesLost(std::span<const NamedMesh> meshes, std::string_view why);
 

@@ -68,8 +68,8 @@ enum class Keep : std::uint8_t {
   ///   UInt16, or Float32 where the file has that;
   /// * `uv`: Float32 texture coordinates, v upward (glTF: TEXCOORD_0);
   /// * of .vtp and .vtu, point data and cell data, under their own names;
-  /// * `material`: of the triangles of an .obj with `usemtl`, UInt32 numbers in
-  ///   LoadedMesh::materials.
+  /// * `material`: of the triangles of an .obj with `usemtl` and of a glTF with materials, UInt32
+  ///   numbers in LoadedMesh::materials.
   Attributes,
 };
 
@@ -171,6 +171,9 @@ bool hasMeshopt();
 struct MeshWriteOptions {
   /// Write vertex and triangle attributes where the format has room for them.
   bool attributes = false;
+  /// Names that the attribute `material` of triangles numbers (LoadedMesh::materials), for formats
+  /// that have materials: glTF and .obj.
+  std::vector<std::string> materials = {};
   /// For formats with units and axes of their own: glTF and USD.
   GltfPlacement placement = {};
   /// Subtracted from all coordinates before they are written: float32 is coarse far from 0.
@@ -188,9 +191,11 @@ struct MeshWriteOptions {
 /// Writes a file by its extension, replacing one that exists:
 /// * .stl: binary, float32; several meshes become one;
 /// * .obj: text, each coordinate the shortest decimal that reads back the same, an `o` group for
-///   each mesh; texture coordinates, if attributes are asked for: `uv` of vertices or corners;
+///   each mesh; if attributes are asked for, texture coordinates, `uv` of vertices or corners,
+///   colours of vertices, `color` as three bytes, and `usemtl` for the materials of triangles;
 /// * .ply: binary little-endian, float64; several meshes become one; attributes, if asked for, as
-///   properties of the vertices and faces;
+///   properties of the vertices and faces: of vertices, `color` as `red`, `green`, `blue` and
+///   `alpha`, and `uv` as `s` and `t`;
 /// * .vtp: VTK polygonal data, float64; several meshes become one, with the cell data `body` and
 ///   their names as field data `body_names`; attributes, if asked for, as point and cell data; the
 ///   time as field data `TimeValue`;
@@ -198,7 +203,8 @@ struct MeshWriteOptions {
 /// * .glb (binary), .gltf (text, the geometry in it as a data URI): float32, a node and a mesh for
 ///   each mesh that has triangles. Attributes, if asked for, of
 ///   vertices with one to four components, as float32 attributes `_NAME`, and `uv` as `TEXCOORD_0`;
-///   and attributes of the triangles' own corners, for which vertices are repeated;
+///   attributes of the triangles' own corners, for which vertices are repeated; and a primitive for
+///   each material of the triangles, with a grey material of that name;
 /// * .usda (text), .usdz (the same in a package): float32, a Mesh for each mesh. Attributes, if
 ///   asked for, as primvars; a vertex attribute `velocity` as `velocities`.
 ///

@@ -85,7 +85,7 @@ def save(
         details = {"source": {"scene": scene["source"], "reader": scene["reader"]},
                    "parameters": {"fps": scene["fps"], "options": list(words)}}  # fmt: skip
         if scene["materials"]:
-            details["materials"] = scene["materials"]
+            details["materials"] = ["", *scene["materials"]]
         about = {"backend": "mesh4d", "length_unit": "m", "time_unit": "s", "up": "z", "details": json.dumps(details)}
         size = Mesh._of([body for mesh in meshes for body in mesh._bodies], metadata=about).save(output)
     report = {"bodies": bodies, "fps": scene["fps"], "bytes": size, "losses": losses}

@@ -191,7 +191,7 @@ def test_attributes_are_those_of_the_file(tmp_path):
     mesh, _ = door(scene.save(tmp_path / "painted.fbx"))
     solid = mesh.slice(0, light=True)
     assert sorted(solid.triangle_attributes["material"].tolist()) == 10 * [1] + 2 * [2]
-    assert json.loads(mesh._metadata["details"])["materials"] == ["Red", "Green"]
+    assert json.loads(mesh._metadata["details"])["materials"] == ["", "Red", "Green"]
     corners = solid.triangle_attributes["uv:corners"].reshape(-1, 2)
     assert apart(corners, [(one, 1) for one in places]) < 1e-7
     colors = solid.triangle_attributes["color:corners"].reshape(-1, 4)

@@ -214,7 +214,7 @@ def test_attributes_are_those_of_the_stage(tmp_path):
     mesh, _ = door(tmp_path / "painted.usda")
     solid = mesh.slice(0, light=True)
     assert sorted(solid.triangle_attributes["material"].tolist()) == 10 * [1] + 2 * [2]
-    assert json.loads(mesh._metadata["details"])["materials"] == ["Red", "Green"]
+    assert json.loads(mesh._metadata["details"])["materials"] == ["", "Red", "Green"]
     assert apart(solid.triangle_attributes["uv:corners"].reshape(-1, 2), places) < 1e-7
     colors = solid.vertex_attributes["color"]  # of which all corners at a vertex have one
     assert np.allclose(colors[:, 0], np.arange(8) / 8) and (colors[:, 2:] == 1).all()

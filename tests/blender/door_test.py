@@ -161,7 +161,7 @@ def test_a_turning_box_is_the_same_from_every_file():
         for number, there in enumerate(places):
             assert apart(mesh.slice(number / 30).vertices, there) < 1e-5, (extension, number)
         details = json.loads(mesh._metadata["details"])
-        assert details.get("materials", ["Red"]) == ["Red"], (extension, details)
+        assert details.get("materials", ["", "Red"]) == ["", "Red"], (extension, details)
         tried.append(extension)
     assert len(tried) >= 4
     print("   ", *tried)
@@ -301,7 +301,7 @@ def test_attributes_are_those_of_the_scene():
     mesh, _ = door(saved("painted.blend"))
     solid = mesh.slice(0, light=True)
     assert sorted(solid.triangle_attributes["material"].tolist()) == 10 * [1] + 2 * [2]
-    assert json.loads(mesh._metadata["details"])["materials"] == ["Red", "Green"]
+    assert json.loads(mesh._metadata["details"])["materials"] == ["", "Red", "Green"]
     colors = solid.vertex_attributes["color"]
     assert np.array_equal(colors[:, 0], np.rint(np.arange(8) / 7 * 255)) and (colors[:, 2:] == 255).all()
     corners = solid.triangle_attributes["uv:corners"].reshape(-1, 2)

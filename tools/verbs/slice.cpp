@@ -14,6 +14,7 @@
 #include "t4d/mesh.h"
 #include "t4d/slice.h"
 #include "tools/verbs/json_text.h"
+#include "tools/verbs/material_names.h"
 #include "tools/verbs/origin.h"
 #include "tools/verbs/slice_writing.h"
 
@@ -192,6 +193,7 @@ formats::MeshWriteOptions writeOptionsOf(const Input& input, const SliceOptions&
   how.origin = slice::basisOf(hyperplaneOf(options)).axes * origin;
   how.normals = options.write.normals;
   how.time = options.time;
+  how.materials = materialNamesOf(input.metadata);
   const auto* format = formats::triangleMeshFormat(options.output);
   if (format != nullptr && format->placed) {
     std::vector<std::string> notices;

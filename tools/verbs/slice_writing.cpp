@@ -4,6 +4,7 @@
 
 #include "t4d/mesh.h"
 #include "tools/verbs/json_text.h"
+#include "tools/verbs/material_names.h"
 #include "tools/verbs/origin.h"
 
 namespace t4d::verbs {
@@ -48,6 +49,7 @@ Result<FrameLooks> frameLooksOf(const SliceWriteOptions& options, const Input& i
   const auto bounds = boundsOf(input);
   if (!bounds) return inInput(bounds.error(), input);
   looks.write.attributes = options.attributes;
+  looks.write.materials = materialNamesOf(input.metadata);
   looks.write.normals = options.normals;
   looks.write.gltf = gltfEncodingOf(options, *bounds);
   looks.write.origin = originOf(input.metadata);

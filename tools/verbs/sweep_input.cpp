@@ -94,6 +94,7 @@ Result<SweepInput> readMoving(const AnimationSweep& what, const SweepOptions& op
   input.otherAnimations = std::move(read->otherAnimations);
   input.files = {what.file};
   addPaths(read->otherFiles, input.files);
+  input.materials = std::move(read->materials);
   input.lengthUnit = read->lengthUnit;
   input.timeUnit = "s";
   input.up = read->up;
