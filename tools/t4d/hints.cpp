@@ -122,7 +122,9 @@ std::string conversionHint(const std::string& path) {
 /// How to mend the triangle mesh of an error; empty if it does not name the file.
 std::string mendingHint(const std::string& path) {
   if (formats::triangleMeshFormat(path) == nullptr) return {};
-  return fmt::format("t4d mend {} -o {}", quoted(path), freeName(path, "-mended", ".ply"));
+  // An .obj keeps what a .ply has no room for, such as the names of materials.
+  const char* extension = formats::lowerCaseExtension(path) == ".obj" ? ".obj" : ".ply";
+  return fmt::format("t4d mend {} -o {}", quoted(path), freeName(path, "-mended", extension));
 }
 
 /// The file that an error refers to; empty if it refers to a part, such as a file that this one

@@ -1,11 +1,9 @@
 #include "tools/verbs/solid_input.h"
 
 #include <filesystem>
-#include <set>
 #include <utility>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include "t4d/surface.h"
 #include "tools/verbs/mending.h"
@@ -49,17 +47,6 @@ Result<LoadedSolid> readSolidInput(const SolidInput& input, Observer& observer) 
   const bool one = !input.bodies;
   auto loaded = one ? readOneBody(input, observer) : readDividedBodies(input, observer);
   if (!loaded || !input.mending) return loaded;
-  // Mended triangles have other vertices.
-  std::set<std::string> dropped;
-  for (formats::NamedMesh& body : loaded->bodies) {
-    for (const model::Attribute& attribute : body.mesh.attributes) dropped.insert(attribute.name);
-    body.mesh.attributes.clear();
-  }
-  if (!dropped.empty()) {
-    observer.note(fmt::format("attributes are not kept where a mesh is mended: {}",
-                              fmt::join(dropped, ", ")));
-  }
-  loaded->materials.clear();
   std::vector<Error> errors;
   for (formats::NamedMesh& body : loaded->bodies) {
     const Place where = placeIn(input.path, one ? "" : fmt::format("body '{}'", body.name));

@@ -1,6 +1,7 @@
 #include <filesystem>
 #include <string>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include "tools/t4d/tests/box.h"
@@ -131,6 +132,53 @@ TEST_F(Program, MendsDeformations) {
           "wider than 1");
   misused("sweep open0.obj open1.obj --frame-time 1 --mend --remesh 1 -o out.t4d",
           "moves no vertex");
+}
+
+/// What mending carries is the same whether it is done before the sweep or by it.
+TEST_F(Program, MendingKeepsAttributes) {
+  // A box without its last side, whose first sides are of wood, each with the same square of a
+  // texture.
+  const std::string vertices =
+      "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1\n";
+  write("open.obj", vertices +
+                        "vt 0 0\nvt 0.25 0\nvt 0.25 0.5\nvt 0 0.5\nusemtl wood\n"
+                        "f 1/1 3/2 4/3 2/4\nf 5/1 6/2 8/3 7/4\nusemtl steel\n"
+                        "f 1/1 2/2 6/3 5/4\nf 4/1 3/2 7/3 8/4\nf 3/1 1/2 5/3 7/4\n");
+  std::string colored =
+      "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float y\n"
+      "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
+      "element face 5\nproperty list uchar int vertex_indices\nend_header\n";
+  for (int i = 0; i < 8; ++i) {
+    colored += fmt::format("{} {} {} {} {} 7\n", i & 1, i >> 1 & 1, i >> 2, 30 * i, 255 - i);
+  }
+  write("open.ply", colored + "4 0 2 3 1\n4 4 5 7 6\n4 0 1 5 4\n4 3 2 6 7\n4 2 0 4 6\n");
+  for (const auto& [extension, marks] :
+       {std::pair{std::string("obj"),
+                  std::vector{"usemtl wood\n", "usemtl steel\n", "\nvt 0.25 0.5\n"}},
+        {std::string("ply"), std::vector{"property uchar blue\n"}}}) {
+    const std::string slice = " --time 0 --light --attributes -o ";
+    const Finished mended = run("mend open." + extension + " -o mended." + extension);
+    ASSERT_EQ(mended.exitCode, 0) << mended.err;
+    ASSERT_EQ(run("sweep mended." + extension + " -m fx/rest.json --body b -o after.t4d").exitCode,
+              0);
+    ASSERT_EQ(
+        run("sweep open." + extension + " --mend -m fx/rest.json --body b -o by.t4d").exitCode, 0);
+    for (const char* by : {"after", "by"}) {
+      run(fmt::format("slice {}.t4d{}{}.{}", by, slice, by, extension));
+    }
+    const std::string after = contents(folder_ / ("after." + extension));
+    EXPECT_EQ(after, contents(folder_ / ("by." + extension)));
+    for (const char* mark : marks) EXPECT_THAT(after, testing::HasSubstr(mark));
+  }
+  EXPECT_EQ(run("info by.t4d --json").value()["details"].contains("materials"), false);
+  // What a format has no room for is lost.
+  const Finished lost = run("mend open.obj -o mended.stl");
+  EXPECT_EQ(lost.exitCode, 3);
+  EXPECT_THAT(lost.err,
+              testing::HasSubstr("lost: triangle attribute 'uv:corners': STL has no room"));
+  const Finished numbers = run("mend open.obj -o mended.ply");
+  EXPECT_EQ(numbers.exitCode, 3);
+  EXPECT_THAT(numbers.err, testing::HasSubstr("lost: the names of 2 materials: .ply has none"));
 }
 
 }  // namespace
