@@ -43,17 +43,22 @@ Result<std::vector<double>> motionFrameTimes(const voxel4d::FrameTimes& when, do
                                apart, model::kSmallestExtent),
                    motionFile);
   }
-  const double voxels = voxel4d::largestGap(*times) * speed / voxelSize;
-  constexpr double kRounding = 1e-9;
-  if (voxels > 1 + kRounding) {
-    notices.push_back(fmt::format(
-        "points move up to {:.3g} voxels between two frames; {} over the whole motion would keep "
-        "them within one",
-        voxels,
-        enough ? model::counted(*enough, "frame")
-               : fmt::format("more than {} frames", model::grouped(voxel4d::kMaxFrames))));
-  }
+  const std::string gaps = noticeOfGaps(*times, speed, voxelSize, enough);
+  if (!gaps.empty()) notices.push_back(gaps);
   return times;
+}
+
+std::string noticeOfGaps(std::span<const double> times, double speed, double voxelSize,
+                         const Result<std::uint64_t>& enough) {
+  const double voxels = voxel4d::largestGap(times) * speed / voxelSize;
+  constexpr double kRounding = 1e-9;
+  if (!(voxels > 1 + kRounding)) return {};
+  return fmt::format(
+      "points move up to {:.3g} voxels between two frames; {} over the whole motion would keep "
+      "them within one",
+      voxels,
+      enough ? model::counted(*enough, "frame")
+             : fmt::format("more than {} frames", model::grouped(voxel4d::kMaxFrames)));
 }
 
 }  // namespace t4d::verbs

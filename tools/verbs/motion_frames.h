@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -17,5 +19,10 @@ Result<std::vector<double>> motionFrameTimes(const voxel4d::FrameTimes& when, do
                                              const model::Motion& motion,
                                              const std::string& motionFile,
                                              std::vector<std::string>& notices);
+
+/// That a point moves by more than a voxel between two of these frames, and how many frames would
+/// keep it within one, if that many are possible; "" if none does.
+std::string noticeOfGaps(std::span<const double> times, double speed, double voxelSize,
+                         const Result<std::uint64_t>& enough);
 
 }  // namespace t4d::verbs

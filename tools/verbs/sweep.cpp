@@ -123,7 +123,7 @@ Result<SweepReport> sweep(const SweepOptions& options, Observer& observer) {
   if (input->chordBound) report->chordBound = input->chordBound;
   report->halfTurns = std::move(input->halfTurns);
   report->mended = std::move(input->mended);
-  report->losses = std::move(input->losses);
+  report->losses.insert(report->losses.begin(), input->losses.begin(), input->losses.end());
   report->otherAnimations = std::move(input->otherAnimations);
   for (std::string& loss : file->losses()) report->losses.push_back(std::move(loss));
   report->seconds = stopwatch.seconds();

@@ -75,12 +75,16 @@ enum class SweepKind : std::uint8_t { Motion, Deformation, Animation, Mechanism 
 /// `motion` is "" if there is none. At least one file.
 SweepKind sweepKindOf(std::span<const std::string> files, const std::string& motion);
 
+/// The maximum number of frames of a union, unless a number or a time between them is given.
+inline constexpr std::uint64_t kUsualFrames = 300;
+
 /// One solid of all bodies of a deformation or an animation, which may overlap, by the voxel
 /// method.
 struct VoxelUnion {
   /// In length units; without it, a hundredth of the largest extent at the first time.
   std::optional<double> voxelSize = {};
-  /// Without either, enough frames that no vertex moves by more than a voxel between two.
+  /// Without either, enough frames that no vertex moves by more than a voxel between two, but no
+  /// more than kUsualFrames.
   voxel4d::FrameTimes times = {};
   voxel4d::CapStyle caps = voxel4d::CapStyle::Flat;
 };

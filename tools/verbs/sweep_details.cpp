@@ -102,7 +102,7 @@ std::string sweepDetails(const SweepOptions& options, const SweepInput& input) {
   }
   if (writing.step) parameters["grid"] = *writing.step;
   ordered_json details{{"source", sourceOf(options)}, {"parameters", parameters}};
-  if (!input.materials.empty()) details["materials"] = input.materials;
+  if (!input.materials.empty() && !options.united) details["materials"] = input.materials;
   return details.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
 }
 

@@ -1,8 +1,13 @@
 #include <algorithm>
+#include <cmath>
+#include <set>
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include "model/amount_text.h"
+#include "tools/verbs/motion_frames.h"
 #include "tools/verbs/sweep_parts.h"
 
 namespace t4d::verbs {
@@ -79,7 +84,9 @@ class UnionAtTime {
 
 struct Movement {
   model::TimeSpan time;
-  double speed = 0;  ///< the largest of a vertex
+  model::Bounds3 bounds;  ///< at all times
+  double area = 0;        ///< of all bodies, each at its first time
+  double speed = 0;       ///< the largest of a vertex
 };
 
 Result<Movement> movementOf(const Bodies& bodies) {
@@ -95,10 +102,15 @@ Result<Movement> movementOf(const Bodies& bodies) {
       movement.time.end = isFirst ? end : std::max(movement.time.end, end);
       isFirst = false;
       if (auto read = run->positions(0, before); !read) return read.error();
+      for (const Point3& place : before) movement.bounds.add(place);
+      if (&run == &body.runs.front()) {
+        movement.area += surfaceArea(TriangleMesh{before, body.mesh.triangles, {}});
+      }
       for (std::uint64_t key = 1; key < run->count(); ++key) {
         if (auto read = run->positions(key, after); !read) return read.error();
         const double time = run->time(key) - run->time(key - 1);
         for (std::size_t i = 0; i < after.size(); ++i) {
+          movement.bounds.add(after[i]);
           movement.speed = std::max(movement.speed, (after[i] - before[i]).norm() / time);
         }
         std::swap(before, after);
@@ -106,6 +118,33 @@ Result<Movement> movementOf(const Bodies& bodies) {
     }
   }
   return movement;
+}
+
+/// A number with two digits.
+std::uint64_t rounded(double number) {
+  const double unit = std::pow(10.0, std::max(0.0, std::floor(std::log10(number)) - 1));
+  return static_cast<std::uint64_t>(std::round(number / unit) * unit);
+}
+
+/// What is to be expected, before it is made.
+std::string expectationOf(const Movement& movement, std::size_t frames, double voxelSize) {
+  // Measured for animated figures and robots: a voxel that the surface passes has some ten
+  // tetrahedra a step, with three bytes each in the file.
+  constexpr double kCellsOfVoxel = 10;
+  constexpr double kBytesOfCell = 3;
+  const Point3 size = (movement.bounds.max - movement.bounds.min) / voxelSize;
+  const double cells =
+      kCellsOfVoxel * movement.area / voxelSize / voxelSize * static_cast<double>(frames - 1);
+  constexpr double kMost = 1e18;  // more than any file, and within the integers
+  if (!(cells < kMost) || !(size.maxCoeff() < kMost)) return {};
+  const auto voxels = [&](int axis) {
+    return model::grouped(static_cast<std::uint64_t>(std::ceil(size[axis])));
+  };
+  return fmt::format(
+      "a union in {} of {} x {} x {} voxels: some {} tetrahedra, {} in the file; larger voxels "
+      "and fewer frames make less",
+      model::counted(frames, "frame"), voxels(0), voxels(1), voxels(2),
+      model::grouped(rounded(cells)), model::sizeText(rounded(kBytesOfCell * cells)));
 }
 
 }  // namespace
@@ -119,13 +158,16 @@ Result<SweepReport> sweepUnion(const SweepOptions& options, const SweepInput& in
   how.voxelSize = input.voxelSize;
   how.caps = options.united->caps;
   voxel4d::FrameTimes when = options.united->times;
+  const auto enough = voxel4d::framesWithin(how.voxelSize, movement->speed, movement->time);
   if (!when.count && !when.step) {
-    const auto count = voxel4d::framesWithin(how.voxelSize, movement->speed, movement->time);
-    if (!count) return count.error();
-    when.count = *count;
+    when.count = enough ? std::min(*enough, kUsualFrames) : kUsualFrames;
   }
   auto times = voxel4d::frameTimes(movement->time, when);
   if (!times) return times.error();
+  for (const std::string& note : {expectationOf(*movement, times->size(), how.voxelSize),
+                                  noticeOfGaps(*times, movement->speed, how.voxelSize, enough)}) {
+    if (!note.empty()) observer.note(note);
+  }
   auto report = sweepByVoxels(how, UnionAtTime(moving.bodies), std::move(*times), file, observer);
   if (!report) {
     Error error = report.error();
@@ -133,6 +175,14 @@ Result<SweepReport> sweepUnion(const SweepOptions& options, const SweepInput& in
     return error;
   }
   report->voxelSize = how.voxelSize;
+  std::set<std::string> lost;
+  for (const auto& body : moving.bodies) {
+    for (const model::Attribute& attribute : body.mesh.attributes) lost.insert(attribute.name);
+  }
+  if (!lost.empty()) {
+    report->losses.push_back(
+        fmt::format("{}: a union from voxels has no attributes", fmt::join(lost, ", ")));
+  }
   return report;
 }
 

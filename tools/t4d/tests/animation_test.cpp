@@ -161,6 +161,38 @@ TEST_F(Program, AUnionIsOneSolidOfAllThatOverlaps) {
   misused("sweep fx/cube.obj -m fx/rest.json --union -o out.t4d", "--union is for an animation");
 }
 
+TEST_F(Program, AUnionSaysWhatItTakesAndHasABoundOfFrames) {
+  for (int k = 0; k < 2; ++k) {
+    std::string text;
+    for (const auto& [x, y, z] : kCorners) text += fmt::format("v {} {} {}\n", x + 40 * k, y, z);
+    write(fmt::format("far_{}.obj", k), text + kFaces);
+  }
+  // 400 voxels of way: one voxel a step would be 400 steps.
+  const std::string sweep =
+      "sweep far_*.obj --times 0:1 --union --voxel-size 0.1 -o far.t4d --json";
+  const Finished done = run(sweep);
+  ASSERT_EQ(done.exitCode, 0) << done.err;
+  EXPECT_EQ(done.value()["steps"], 299);
+  EXPECT_THAT(done.err, testing::HasSubstr("note: a union in 300 frames of 410 x 10 x 10 voxels: "
+                                           "some "));
+  EXPECT_THAT(done.err,
+              testing::HasSubstr("note: points move up to 1.34 voxels between two frames; "
+                                 "401 frames over the whole motion would keep them within "
+                                 "one"));
+  const Finished all = run(sweep + " --frames 401");
+  EXPECT_EQ(all.value()["steps"], 400);
+  EXPECT_THAT(all.err, testing::HasSubstr("note: a union in 401 frames of "));
+  EXPECT_THAT(all.err, testing::Not(testing::HasSubstr("points move")));
+  // What was expected is what it became, within a factor of two.
+  const std::string some = all.err.substr(all.err.find("some ") + 5);
+  std::string digits = some.substr(0, some.find(' '));
+  std::erase(digits, ',');
+  const double expected = std::stod(digits);
+  const double made = all.value()["tetrahedra"];
+  EXPECT_GT(made, expected / 2);
+  EXPECT_LT(made, expected * 2);
+}
+
 TEST_F(Program, TextureCoordinatesOfAnimationsAreKept) {
   // A box with the same square on each side.
   const auto keys = leaningKeys(kCorners);
