@@ -5,6 +5,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "formats/animation/file_points.h"
 #include "formats/animation/mdd_reader.h"
@@ -13,6 +14,8 @@
 #include "formats/file_extension.h"
 #include "formats/numbered_files.h"
 #include "formats/triangle/triangle_mesh_formats.h"
+#include "formats/triangle/written_mesh.h"
+#include "model/corner_attributes.h"
 
 namespace t4d::formats {
 namespace {
@@ -33,6 +36,22 @@ Result<std::vector<double>> timesOf(const KeyTimes& times, std::uint64_t count,
                    where);
   }
   return all;
+}
+
+/// Drops attributes that may have other values at other keys. The dropped ones are losses.
+void keepLook(LoadedMesh& loaded) {
+  std::vector<std::string> dropped;
+  std::erase_if(loaded.mesh.attributes, [&](const model::Attribute& attribute) {
+    std::string_view name = attribute.name;
+    if (name.ends_with(model::kCornersOf)) name.remove_suffix(model::kCornersOf.size());
+    if (name == "color" || name == "uv" || name == kMaterial) return false;
+    dropped.push_back(attribute.name);
+    return true;
+  });
+  if (dropped.empty()) return;
+  loaded.losses.push_back(fmt::format("{}: of a solid that is deformed, only color, uv and "
+                                      "material are read",
+                                      fmt::join(dropped, ", ")));
 }
 
 class SeriesKeys : public model::VertexKeys {
@@ -143,8 +162,9 @@ Result<LoadedDeformation> readMeshSeries(std::span<const std::filesystem::path> 
   if (auto known = checkMeshExtension(loaded.files.front()); !known) return known.error();
   auto keyTimes = timesOf(times, own.size(), own, loaded.files.front().string());
   if (!keyTimes) return keyTimes.error();
-  auto first = readMeshStep(series->steps.front());
+  auto first = readMeshStep(series->steps.front(), Keep::Attributes);
   if (!first) return first.error();
+  keepLook(*first);
   loaded.solid = std::move(*first);
   loaded.keys =
       std::make_unique<SeriesKeys>(std::move(series->steps), std::move(*keyTimes), loaded.solid);
@@ -154,8 +174,9 @@ Result<LoadedDeformation> readMeshSeries(std::span<const std::filesystem::path> 
 Result<LoadedDeformation> readCachedMesh(const std::filesystem::path& mesh,
                                          const std::filesystem::path& cache,
                                          const KeyTimes& times) {
-  auto solid = readTriangleMesh(mesh);
+  auto solid = readTriangleMesh(mesh, Keep::Attributes);
   if (!solid) return solid.error();
+  keepLook(*solid);
   auto source = openFileSource(cache);
   if (!source) return source.error();
   auto opened = lowerCaseExtension(cache) == ".mdd" ? openMdd(std::move(*source))

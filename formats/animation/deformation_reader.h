@@ -15,7 +15,9 @@ namespace t4d::formats {
 
 /// A solid that is deformed.
 struct LoadedDeformation {
-  LoadedMesh solid;  ///< at rest: the first mesh of a series, the mesh beside a cache
+  /// At rest: the first mesh of a series, the mesh beside a cache. Of its attributes, it keeps the
+  /// look of the surface: `color`, `uv` and `material`.
+  LoadedMesh solid;
   std::unique_ptr<model::VertexKeys> keys;
   /// Of each key of a series, for errors; empty for a point cache.
   std::vector<std::filesystem::path> files = {};

@@ -130,8 +130,8 @@ Result<MeshSteps> meshSteps(std::span<const fs::path> files) {
                  files.empty() ? "" : files.front().string());
 }
 
-Result<LoadedMesh> readMeshStep(const MeshStep& step) {
-  if (step.files.size() == 1) return readTriangleMesh(step.files.front());
+Result<LoadedMesh> readMeshStep(const MeshStep& step, Keep keep) {
+  if (step.files.size() == 1) return readTriangleMesh(step.files.front(), keep);
   MeshBuilder builder(step.files.front().string(),
                       [&](auto part) { return step.files[part].string(); });
   LoadedMesh about;

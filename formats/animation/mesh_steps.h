@@ -34,7 +34,7 @@ bool isCollection(const std::filesystem::path& path);
 Result<MeshSteps> meshSteps(std::span<const std::filesystem::path> files);
 
 /// Reads the mesh of a step. Several parts become one mesh as the pieces of a file do: points with
-/// equal coordinates are one vertex. Attributes of parts are losses.
-Result<LoadedMesh> readMeshStep(const MeshStep& step);
+/// equal coordinates are one vertex, and attributes of parts are losses.
+Result<LoadedMesh> readMeshStep(const MeshStep& step, Keep keep = Keep::Shape);
 
 }  // namespace t4d::formats

@@ -58,7 +58,7 @@ class RecordedBody:
         return RecordedBody(self._folder, self._place, self._scene, self._body, words)
 
     def made(self, voxel_size: Optional[float]) -> Made:
-        """Raises Error if it is no solid. In memory, which keeps attributes; with options, by the program."""
+        """Raises Error if it is no solid. In memory; with options, by the program."""
         if len(self._keys) < 2:
             raise InvalidInput(f"it is visible at frame {self._keys[0]['frame']:g} alone; a motion has at least 2")
         self._place.mkdir(exist_ok=True)
@@ -85,7 +85,7 @@ class RecordedBody:
                 return
             file, solid = self._place / "motion.json", self._place / "solid.vtp"
             file.write_text(json.dumps(motion), encoding="utf-8")
-            self._solid(attributes=False).save(solid)
+            self._solid().save(solid, attributes=True)
             run_words(["sweep", str(solid), "--motion", str(file), name, "-o", str(output), *self._words])
         elif is_divided(self._words):
             self._divide(output)
@@ -159,15 +159,18 @@ class RecordedBody:
         together: NDArray[np.float64] = vertices[kept] * self._metres
         return together
 
-    def _solid(self, attributes: bool = True) -> TriangleMesh:
+    def _solid(self) -> TriangleMesh:
         """At the first key."""
         vertices = self._positions(self._keys[0])
         assert self._merged is not None
-        found = self._array(self._keys[0]["faces"]) if attributes else {}
-        found.pop("triangles", None)
+        found = self._attributes()
         triangles = self._merged[3]
         left = whole(triangles)
         return TriangleMesh(vertices, triangles[left], {}, {name: values[left] for name, values in found.items()})
+
+    def _attributes(self) -> Dict[str, NDArray[Any]]:
+        """Of the triangles of the first key, also of those that are dropped."""
+        return {name: rows for name, rows in self._array(self._keys[0]["faces"]).items() if name != "triangles"}
 
     def _pose(self, key: Dict[str, Any]) -> Dict[str, Any]:
         pose = np.array(key["pose"])
@@ -175,13 +178,15 @@ class RecordedBody:
                 "quaternion": _quaternion(pose[:3, :3]).tolist()}  # fmt: skip
 
     def _write_frames(self, name: str = "frames") -> str:
-        """A mesh for each key, and the collection that lists them."""
+        """A mesh for each key, and the collection that lists them. The first has the attributes, if they are kept."""
         lines = []
         for number, key in enumerate(self._keys):
             file = f"frame_{number}.vtp"
             triangles = self._array(key["faces"])["triangles"]
             positions = self._positions(key)
-            TriangleMesh(positions, triangles if self._merged is None else self._merged[3]).save(self._place / file)
+            triangles = triangles if self._merged is None else self._merged[3]
+            attributes = {} if number or self.way == "voxels" else self._attributes()
+            TriangleMesh(positions, triangles, {}, attributes).save(self._place / file, attributes=True)
             lines.append(f'<DataSet timestep="{self._time(key)!r}" file={quoteattr(file)}/>')
         frames = self._place / f"{name}.pvd"
         frames.write_text('<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1"><Collection>\n'

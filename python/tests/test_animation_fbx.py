@@ -188,14 +188,16 @@ def test_attributes_are_those_of_the_file(tmp_path):
         scene.connect(scene.add("Material", f"Material::{name}"), cube)
     _, base = scene.take("Take", 0, 1 / 24)
     scene.curve(base, cube, "Lcl Translation", "d|X", {0: 0, 1: 1})
-    mesh, _ = door(scene.save(tmp_path / "painted.fbx"))
-    solid = mesh.slice(0, light=True)
-    assert sorted(solid.triangle_attributes["material"].tolist()) == 10 * [1] + 2 * [2]
-    assert json.loads(mesh._metadata["details"])["materials"] == ["", "Red", "Green"]
-    corners = solid.triangle_attributes["uv:corners"].reshape(-1, 2)
-    assert apart(corners, [(one, 1) for one in places]) < 1e-7
-    colors = solid.triangle_attributes["color:corners"].reshape(-1, 4)
-    assert np.array_equal(colors[:, 0], np.rint(corners[:, 0] * 255)) and (colors[:, 2:] == 255).all()
+    file = scene.save(tmp_path / "painted.fbx")
+    for words in ([], ["--caps", "cone"], ["--mend"], ["--bodies", "component"]):
+        mesh, _ = door(file, *words)
+        solid = mesh.slice(0, light=True)
+        assert sorted(solid.triangle_attributes["material"].tolist()) == 10 * [1] + 2 * [2]
+        assert json.loads(mesh._metadata["details"])["materials"] == ["", "Red", "Green"]
+        corners = solid.triangle_attributes["uv:corners"].reshape(-1, 2)
+        assert apart(corners, [(one, 1) for one in places]) < 1e-7
+        colors = solid.triangle_attributes["color:corners"].reshape(-1, 4)
+        assert np.array_equal(colors[:, 0], np.rint(corners[:, 0] * 255)) and (colors[:, 2:] == 255).all()
 
 
 def test_one_take_is_read_and_the_others_are_named(tmp_path):

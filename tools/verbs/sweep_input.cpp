@@ -64,6 +64,7 @@ Result<SweepInput> readMoving(const DeformationSweep& what, const SweepOptions& 
   observer.noteEach(read->solid.notices);
   SweepInput input;
   input.losses = std::move(read->solid.losses);
+  input.materials = std::move(read->solid.materials);
   input.files = what.files;
   addPaths(read->solid.otherFiles, input.files);
   addPaths(read->files, input.files);

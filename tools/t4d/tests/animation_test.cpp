@@ -221,6 +221,25 @@ TEST_F(Program, TextureCoordinatesOfAnimationsAreKept) {
   }
 }
 
+TEST_F(Program, DeformationsKeepTheLookOfTheirFirstMesh) {
+  const auto keys = leaningKeys(kCorners);
+  const std::string faces =
+      "f 1/1 3/2 4/3 2/4\nf 1/1 2/2 6/3 5/4\nusemtl wood\nf 2/1 4/2 8/3 6/4\n"
+      "f 4/1 3/2 7/3 8/4\nf 3/1 1/2 5/3 7/4\nf 5/1 6/2 8/3 7/4\n";
+  for (std::size_t k = 0; k < keys.size(); ++k) {
+    write(fmt::format("look_{}.obj", k), keys[k] + "vt 0 0\nvt 1 0\nvt 1 0.5\nvt 0 0.5\n" + faces);
+  }
+  for (const std::string more : {"", " --mend"}) {
+    ASSERT_EQ(run("sweep look_*.obj --times 0:1 -o look.t4d" + more).exitCode, 0);
+    EXPECT_EQ(run("info look.t4d --json").value()["details"]["materials"], (json{"", "wood"}));
+    run("slice look.t4d --time 0 --light --attributes -o look.obj");
+    const std::string text = contents(folder_ / "look.obj");
+    for (const char* line : {"\nvt 1 0.5\n", "\nusemtl wood\n"}) {
+      EXPECT_THAT(text, testing::HasSubstr(line));
+    }
+  }
+}
+
 TEST_F(Program, FoldsOfADeformationAreReported) {
   // The solid turns inside out.
   write("in.obj", "v -1 -1 -1\nv 2 0 0\nv 0 2 0\nv 0 0 2\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
