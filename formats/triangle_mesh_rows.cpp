@@ -19,11 +19,13 @@ std::span<const TriangleMeshFormat> triangleMeshFormats() {
   static const Words ofPly = {"double precision", "attributes"};
   static const Words ofVtp = {"double precision", "bodies", "names of bodies", "attributes",
                               "times"};
-  static const Words ofGltf = {"bodies", "names of bodies", "vertex attributes", "units"};
+  static const Words ofObj = {"double precision", "bodies", "texture coordinates", "materials"};
+  static const Words ofGltf = {"bodies", "names of bodies", "vertex attributes", "materials",
+                               "units"};
   static const Words ofUsd = {"bodies", "names of bodies", "attributes", "units"};
   static const std::vector<TriangleMeshFormat> formats = {
       {".stl", "STL", readStl, writeStl},
-      {".obj", "Wavefront OBJ", readObj, writeObj, false, {"double precision", "bodies"}},
+      {".obj", "Wavefront OBJ", readObj, writeObj, false, ofObj},
       {".ply", "PLY", readPly, writePly, false, ofPly},
       {".off", "OFF", readOff, writeOff, false, {"double precision"}},
       {".vtp", "VTK polygonal data", readVtp, writeVtp, false, ofVtp},

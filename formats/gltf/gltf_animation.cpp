@@ -390,7 +390,7 @@ class AnimationReader {
 std::vector<platform::FileFormat> animatedGltfFormats() {
   return {{"animated glTF",
            {".gltf", ".glb"},
-           {"triangles", "bodies", "names of bodies", "units"},
+           {"triangles", "bodies", "names of bodies", "vertex attributes", "materials", "units"},
            true}};
 }
 
