@@ -80,6 +80,9 @@ class AcceptedCases {
   std::deque<AcceptedBuilder> builders_;
 };
 
+/// Files at the limits of what rules allow, and beside what they forbid.
+void addLimits(AcceptedCases& cases);
+
 /// The features of SPEC.md that the bodies need if stored this way.
 std::vector<std::string> neededFeatures(const std::vector<BodySlabs>& bodies,
                                         const ImageOptions& options);

@@ -17,6 +17,7 @@
 #include "conformance/corpus/cases.h"
 #include "conformance/corpus/slice_parts.h"
 #include "conformance/corpus/texts.h"
+#include "conformance/driver/reader_cases.h"
 #include "formats/output_folder.h"
 #include "platform/replaceable.h"
 
@@ -57,7 +58,11 @@ std::vector<std::pair<std::string, std::string>> allTexts() {
   }
   texts.emplace_back("manifest.json", manifestText(files));
   texts.emplace_back("manifest.schema.json", kManifestSchema);
+  texts.emplace_back("answers.schema.json", kAnswersSchema);
+  texts.emplace_back("damaged.json", damagedText(files));
+  texts.emplace_back("damaged.schema.json", kDamagedSchema);
   texts.emplace_back("README.md", kReadme);
+  texts.emplace_back("CHANGELOG.md", kChangelog);
   texts.emplace_back("LICENSE", kLicense);
   texts.emplace_back("VERSION",
                      fmt::format("corpus {}\nformat {}\n", kCorpusVersion, kSpecVersion));

@@ -57,7 +57,7 @@ struct CorpusFile {
   std::vector<ExpectedSection> sections;
 };
 
-inline constexpr const char* kCorpusVersion = "1.1.0";
+inline constexpr const char* kCorpusVersion = "1.2.0";
 
 /// All files, ordered by id. Every call returns the same files.
 std::vector<CorpusFile> makeCorpus();
@@ -69,8 +69,8 @@ std::string manifestText(const std::vector<CorpusFile>& files);
 /// [...], "sections": [...]}.
 std::string expectedText(const CorpusFile& file);
 
-/// Writes all files into `directory`, which is created if missing: ID.t4d and ID.json, the manifest
-/// with its schema, README, LICENSE and VERSION.
+/// Writes all files into `directory`, which is created if missing: ID.t4d and ID.json, the
+/// manifest, the list of damaged files, schemas, README, CHANGELOG, LICENSE and VERSION.
 Result<void> writeCorpus(const std::filesystem::path& directory);
 
 /// The differences between `directory` and the output of writeCorpus, a sentence each. Files larger

@@ -107,7 +107,7 @@ void addArrays(AcceptedCases& cases) {
            std::string(zeros.values.size(), '\0'));
   cases
       .add("expansion-to-4-MiB",
-           "An attribute of 4 MiB in a file of 6 KB: a reader without so much memory says so.")
+           "An attribute of 4 MiB in a file of 38 KB: a reader without so much memory says so.")
       .leftOpenIn("limits")
       .of(image, {{"simplex", large}})
       .naming({"zstd"})

@@ -133,6 +133,7 @@ std::vector<InvalidCase> invalidCases() {
   addAssemblyFaults(cases);
   addDoneFaults(cases);
   addIndexFaults(cases);
+  addLimitFaults(cases);
   return cases.finish();
 }
 

@@ -85,6 +85,9 @@ void addAssemblyFaults(InvalidCases& cases);
 void addDoneFaults(InvalidCases& cases);
 void addIndexFaults(InvalidCases& cases);
 
+/// Rules that are kept by halves: for some numbers of several, for some parts, just beyond a limit.
+void addLimitFaults(InvalidCases& cases);
+
 /// Byte sequences that are not UTF-8, each with its fault.
 struct NotUtf8 {
   const char* name;

@@ -288,6 +288,89 @@ std::vector<Slab> sweep(const Solid& solid, const std::vector<Pose>& poses,
 
 namespace {
 
+/// A copy of the slab with `vertices` stored in the interior, and one mean, of the first and the
+/// last of them, after the other means.
+Slab withInterior(const Slab& slab, const std::vector<Point4>& vertices) {
+  const Connectivity& old = *slab.connectivity;
+  const auto added = static_cast<std::uint32_t>(vertices.size());
+  const auto renumbered = [&](std::uint32_t vertex) {
+    return vertex < old.lowerCount     ? vertex
+           : vertex < old.firstUpper() ? vertex + added
+                                       : vertex + added + 1;
+  };
+  auto connectivity = std::make_shared<Connectivity>();
+  connectivity->lowerCount = old.lowerCount;
+  connectivity->upperCount = old.upperCount;
+  connectivity->vertexCount = old.vertexCount + added + 1;
+  for (Cell cell : old.cells) {
+    for (std::uint32_t& vertex : cell) vertex = renumbered(vertex);
+    connectivity->cells.push_back(cell);
+  }
+  for (std::uint32_t i = 0; i < old.means.size(); ++i) {
+    std::vector<std::uint32_t> sources;
+    for (std::uint32_t k = old.means.offsets[i]; k < old.means.offsets[i + 1]; ++k) {
+      sources.push_back(renumbered(old.means.sources[k]));
+    }
+    connectivity->means.add(sources);
+  }
+  connectivity->means.add(std::vector{old.lowerCount, old.lowerCount + added - 1});
+  Slab made = slab;
+  const auto at = [&](std::uint32_t vertex) { return made.vertices.begin() + vertex; };
+  made.vertices.insert(at(old.firstUpper()), Point4::Zero());
+  made.vertices.insert(at(old.lowerCount), vertices.begin(), vertices.end());
+  model::setMeans(*connectivity, made.vertices);
+  made.connectivity = connectivity;
+  return made;
+}
+
+}  // namespace
+
+std::vector<Slab> manyPrisms() {
+  Solid solid;
+  for (std::uint32_t i = 0; i < 1170; ++i) {
+    const Point3 corner(2 * (i % 13), 2 * (i / 13 % 9), 2 * (i / 117));
+    // In this order the last cells of a step have the last vertex of a layer as a source only.
+    for (const unsigned vertex : {0, 2, 1, 3}) {
+      solid.vertices.push_back(corner + cornerTetrahedron().vertices[vertex]);
+    }
+    solid.cells.push_back({4 * i, 4 * i + 2, 4 * i + 1, 4 * i + 3});
+  }
+  std::vector<Slab> slabs = sweep(solid, {pose(solid, 0, {0, 0, 0}), pose(solid, 1, {0, 0, 1})},
+                                  {.prism = Prism::Fourteen});
+  // Four simplices have vertices of their own, the last one has a mean as its first corner.
+  std::vector<Point4> interior = {{-96, 1, 2, 0}};
+  for (int i = 0; i < 4; ++i) {
+    const Slab one = simplex(1, {-40, 4.0 * i, 0, 0})[0];
+    interior.insert(interior.end(), one.vertices.begin(), one.vertices.end());
+  }
+  const Slab last = simplex(1, {-32, 1, 2, 0})[0];
+  interior.insert(interior.end(), last.vertices.begin() + 1, last.vertices.end());
+  interior.emplace_back(32, 1, 2, 0);
+  Slab step = withInterior(slabs[1], interior);
+  auto connectivity = std::make_shared<Connectivity>(*step.connectivity);
+  const std::uint32_t first = connectivity->lowerCount + 1;
+  std::vector<Cell>& cells = connectivity->cells;
+  std::vector<Cell> before;
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    for (Cell cell : last.connectivity->cells) {
+      for (std::uint32_t& vertex : cell) vertex += first + 5 * i;
+      before.push_back(cell);
+    }
+  }
+  cells.insert(cells.begin(), before.begin(), before.end());
+  for (Cell cell : last.connectivity->cells) {
+    for (std::uint32_t& vertex : cell) {
+      vertex = vertex == 0 ? connectivity->firstUpper() - 1 : first + 20 + vertex - 1;
+    }
+    cells.push_back(cell);
+  }
+  step.connectivity = connectivity;
+  slabs[1] = step;
+  return slabs;
+}
+
+namespace {
+
 using Place = std::array<int, 3>;
 
 constexpr std::array<int, 4> kAxes = {0, 1, 2, 3};

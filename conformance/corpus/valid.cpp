@@ -1113,6 +1113,7 @@ std::vector<AcceptedCase> validCases() {
   addGrids(cases);
   addContainer(cases);
   addHeads(cases);
+  addLimits(cases);
   return cases.finish();
 }
 

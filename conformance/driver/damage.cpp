@@ -115,4 +115,15 @@ std::string overwritten(std::string bytes, const std::vector<Part>& parts, Garba
   return bytes;
 }
 
+bool isNone(const Damage& damage) { return std::holds_alternative<std::monostate>(damage); }
+
+std::string damaged(const std::string& bytes, const Damage& damage) {
+  if (const auto* cut = std::get_if<Cut>(&damage)) return bytes.substr(0, cut->length);
+  if (const auto* bit = std::get_if<Bit>(&damage)) return flipped(bytes, *bit);
+  if (const auto* over = std::get_if<Overwrite>(&damage)) {
+    return overwritten(bytes, over->parts, over->garbage);
+  }
+  return bytes;
+}
+
 }  // namespace t4d::conformance

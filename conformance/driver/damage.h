@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "conformance/corpus/slice_parts.h"
@@ -33,5 +34,18 @@ enum class Garbage : std::uint8_t { Ones, Noise };
 
 std::string flipped(std::string bytes, Bit bit);
 std::string overwritten(std::string bytes, const std::vector<Part>& parts, Garbage garbage);
+
+struct Cut {
+  std::uint64_t length = 0;
+};
+struct Overwrite {
+  std::vector<Part> parts;
+  Garbage garbage = Garbage::Ones;
+};
+/// What is done to a file; nothing by default.
+using Damage = std::variant<std::monostate, Cut, Bit, Overwrite>;
+
+bool isNone(const Damage& damage);
+std::string damaged(const std::string& bytes, const Damage& damage);
 
 }  // namespace t4d::conformance

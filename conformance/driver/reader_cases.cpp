@@ -6,6 +6,7 @@
 #include <set>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "conformance/driver/damage.h"
@@ -26,6 +27,8 @@ struct DamageLimits {
 };
 constexpr DamageLimits kUsual = {730, 6, 8};
 constexpr DamageLimits kThorough = {1000, 100, 100};
+/// Larger files show nothing more when they are damaged, and take long.
+constexpr std::size_t kMostDamaged = std::size_t{1} << 20;
 
 std::string nameOf(const CorpusFile& file) { return file.id.substr(file.id.find('/') + 1); }
 
@@ -127,9 +130,7 @@ ReaderCase cutCase(const CorpusFile& file, const DamageLimits& limits) {
     trial.request = {"describe"};
     trial.wrongToAccept =
         fmt::format("the end of the file is missing ({})", parts ? "F1" : "O3 and O5");
-    trial.damage = [length = lengths[i]](const std::string& bytes) {
-      return bytes.substr(0, length);
-    };
+    trial.damage = Cut{lengths[i]};
     test.trials.push_back(trial);
     if (parts && i % step == 0) test.trials.push_back(sliceInstead(trial, timeOf(file)));
   }
@@ -153,7 +154,7 @@ ReaderCase flipCase(const CorpusFile& file, const DamageLimits& limits) {
     trial.about = fmt::format("bit {} of byte {} flipped", bit.bit, bit.offset);
     trial.request = {"describe"};
     trial.wrongToAccept = fmt::format("{} is damaged", parts[i].name);
-    trial.damage = [bit](const std::string& bytes) { return flipped(bytes, bit); };
+    trial.damage = bit;
     test.trials.push_back(trial);
     if (isRead(bit.offset)) test.trials.push_back(sliceInstead(trial, timeOf(file)));
   }
@@ -174,9 +175,7 @@ ReaderCase overwriteCase(const CorpusFile& file) {
     trial.wrongToRefuse = "the slice needs none of these";
     trial.answer = {slice.answer, slice.within};
     const Garbage garbage = test.trials.size() % 2 == 0 ? Garbage::Ones : Garbage::Noise;
-    trial.damage = [unneeded = parts->unneeded, garbage](const std::string& bytes) {
-      return overwritten(bytes, unneeded, garbage);
-    };
+    trial.damage = Overwrite{parts->unneeded, garbage};
     describing = trial;
     describing.about = fmt::format("describe with {} destroyed", namesOf(parts->unneeded));
     test.trials.push_back(std::move(trial));
@@ -259,7 +258,7 @@ std::vector<ReaderCase> readerCases(const std::vector<CorpusFile>& files,
   for (const CorpusFile* file : ordered) {
     const std::string unknown = unknownFeature(*file, options.without);
     cases.push_back(corpusCase(*file, unknown, hyperplanes));
-    if (file->validity != Validity::Valid) continue;
+    if (file->validity != Validity::Valid || file->bytes.size() > kMostDamaged) continue;
     cuts.push_back(cutCase(*file, limits));
     flips.push_back(flipCase(*file, limits));
     ReaderCase overwrite = overwriteCase(*file);
@@ -275,6 +274,34 @@ std::vector<ReaderCase> readerCases(const std::vector<CorpusFile>& files,
     std::move(more->begin(), more->end(), std::back_inserter(cases));
   }
   return options.quick ? quickOf(std::move(cases)) : cases;
+}
+
+std::string damagedText(const std::vector<CorpusFile>& files) {
+  using nlohmann::ordered_json;
+  std::vector<std::string> cases;  // a line each
+  for (const ReaderCase& test : readerCases(files)) {
+    if (test.id == test.file->id) continue;
+    ordered_json trials = ordered_json::array();
+    for (const Trial& trial : test.trials) {
+      ordered_json entry = {{"request", fmt::format("{}", fmt::join(trial.request, " "))}};
+      if (const auto* cut = std::get_if<Cut>(&trial.damage)) {
+        entry["cut"] = cut->length;
+      } else if (const auto* bit = std::get_if<Bit>(&trial.damage)) {
+        entry["flip"] = {bit->offset, bit->bit};
+      } else {
+        const auto& over = std::get<Overwrite>(trial.damage);
+        entry["overwrite"] = ordered_json::array();
+        for (const Part& part : over.parts) entry["overwrite"].push_back({part.offset, part.size});
+        entry["with"] = over.garbage == Garbage::Ones ? "ones" : "noise";
+      }
+      trials.push_back(std::move(entry));
+    }
+    const ordered_json entry = {
+        {"id", test.id}, {"file", test.file->id + ".t4d"}, {"trials", std::move(trials)}};
+    cases.push_back(entry.dump());
+  }
+  return fmt::format("{{\"corpus_version\": \"{}\", \"cases\": [\n{}\n]}}\n", kCorpusVersion,
+                     fmt::join(cases, ",\n"));
 }
 
 }  // namespace t4d::conformance

@@ -1,12 +1,12 @@
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
 #include "conformance/corpus/corpus.h"
 #include "conformance/driver/case_choice.h"
 #include "t4d/error.h"
+#include "conformance/driver/damage.h"
 
 /// The cases for a reader under test: the files of the corpus, and damaged copies of the valid
 /// ones.
@@ -21,8 +21,7 @@ struct Trial {
   std::string wrongToAccept;
   std::string wrongToRefuse;
   Answer answer;  ///< the required output if it accepts; empty if that does not matter
-  /// Makes the reader's file from that of the corpus; empty if it is the same.
-  std::function<std::string(const std::string&)> damage;
+  Damage damage;  ///< to the file of the corpus
 };
 
 struct ReaderCase {
@@ -54,5 +53,9 @@ struct CaseOptions {
 /// `files`.
 std::vector<ReaderCase> readerCases(const std::vector<CorpusFile>& files,
                                     const CaseOptions& options = {});
+
+/// The corpus's damaged.json: the damaged files that readerCases makes without options, for test
+/// runs without t4d.
+std::string damagedText(const std::vector<CorpusFile>& files);
 
 }  // namespace t4d::conformance

@@ -14,14 +14,14 @@ std::string byHand(const std::string& reader, const std::string& command, bool s
   for (const std::string& word : trial.request) request += " " + word;
   const std::string file = "corpus/" + keptFile(test, trial).string();
   std::string text;
-  if (trial.damage) {
+  if (!isNone(trial.damage)) {
     text = fmt::format("  {} --only {} --keep corpus\n", command, test.id);
   } else {
     text = "  t4d conform copy corpus   # once\n";
   }
   text += serve ? fmt::format("  echo \"{} {}\" | {} --serve\n", request.substr(1), file, reader)
                 : fmt::format("  {} {}{}; echo $?\n", reader, file, request);
-  if (trial.answer.json.empty() || trial.damage) return text;
+  if (trial.answer.json.empty() || !isNone(trial.damage)) return text;
   return text + fmt::format("  The right answers are in corpus/{}.json.\n", test.id);
 }
 

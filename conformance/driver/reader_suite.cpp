@@ -121,7 +121,7 @@ class SuiteRun {
 
   Result<TrialResult> tried(const CorpusFile& file, const Trial& trial, const fs::path& path,
                             ServedReader& served) const {
-    const auto written = write(path, trial.damage ? trial.damage(file.bytes) : file.bytes);
+    const auto written = write(path, damaged(file.bytes, trial.damage));
     if (!written) return written.error();
     const auto evaluated = [&](const Reply& reply) {
       return evaluate(trial, reply, path.string(), options_.timeoutSeconds);
@@ -227,7 +227,7 @@ Result<std::vector<ReaderResult>> runReaderCases(const std::vector<ReaderCase>& 
 }
 
 fs::path keptFile(const ReaderCase& test, const Trial& trial) {
-  if (!trial.damage) return test.id + ".t4d";
+  if (isNone(trial.damage)) return test.id + ".t4d";
   std::string name = shortly(trial);
   std::replace(name.begin(), name.end(), ' ', '-');
   return fs::path(test.id) / (name + ".t4d");
@@ -243,9 +243,9 @@ Result<std::size_t> keepWrongFiles(const std::vector<ReaderCase>& cases,
     for (std::size_t j = 0; j < std::min(wrong.size(), kNamed); ++j) {
       const Trial& trial = cases[i].trials[wrong[j]];
       const auto written = formats::writeInFolder(directory, keptFile(cases[i], trial).string(),
-                                                  trial.damage ? trial.damage(bytes) : bytes);
+                                                  damaged(bytes, trial.damage));
       if (!written) return written.error();
-      kept += !trial.damage && j > 0 ? 0 : 1;
+      kept += isNone(trial.damage) && j > 0 ? 0 : 1;
     }
   }
   return kept;

@@ -204,6 +204,30 @@ WriterCase headCase() {
   return test;
 }
 
+/// The last of 41 slabs has the connectivity of the first: a part that is too far back to be named.
+WriterCase farBackCase() {
+  std::vector<Slab> slabs;
+  for (std::uint32_t k = 0; k < 40; ++k) {
+    // A vertex more in each slab, which no cell needs.
+    Slab slab = simplex(1, {0, 0, 0, static_cast<double>(k)})[0];
+    auto connectivity = std::make_shared<Connectivity>(*slab.connectivity);
+    connectivity->vertexCount += k;
+    slab.vertices.resize(connectivity->vertexCount, slab.vertices[0]);
+    slab.connectivity = connectivity;
+    slabs.push_back(slab);
+  }
+  slabs.push_back(simplex(1, {0, 0, 0, 40})[0]);
+  WriterCase test{
+      .id = "plain/connectivity-too-far-back",
+      .about = "The last of 41 slabs has the connectivity of the first, which is stored again.",
+      .metadata = {},
+      .bodies = {meshOf(slabs)},
+      .skipped = {},
+      .storedAgain = 1};
+  test.metadata.bodies.push_back({"simplices"});
+  return test;
+}
+
 }  // namespace
 
 std::vector<WriterCase> writerCases() {
@@ -223,6 +247,7 @@ std::vector<WriterCase> writerCases() {
     cases.push_back(std::move(test));
   }
   cases.push_back(headCase());
+  cases.push_back(farBackCase());
   const auto rank = [](const WriterCase& test) {
     constexpr std::array kKinds = {"plain", "means", "attributes", "bodies", "head"};
     return std::ranges::find(kKinds, test.id.substr(0, test.id.find('/'))) - kKinds.begin();

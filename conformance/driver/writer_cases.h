@@ -15,6 +15,9 @@ struct WriterCase {
   formats::Metadata metadata;  ///< names the bodies
   std::vector<model::Mesh> bodies;
   std::string skipped;  ///< why the case is skipped; empty if it is not
+  /// How many connectivities a file may store again, since slabs name parts shortly before alone
+  /// (rule S12).
+  std::size_t storedAgain = 0;
 };
 
 /// All cases, the simplest first: the meshes of the corpus's valid files, each once. The kind tells

@@ -18,21 +18,13 @@ from clang.cindex import CursorKind as K
 from clang.cindex import TypeKind as T
 
 from .mutant import ACTIVE, ORIGINAL, Edit, Mutant
+from .operators import ARITHMETIC, ASSIGNMENTS, LOGIC, RELATIONS
 from .rooms import ROOT
 
 # That of the version whose bindings tools/setup installs.
 cindex.Config.set_library_file(
     next(str(library) for version in (16, 19, 18, 17)
          if (library := Path(f"/usr/lib/llvm-{version}/lib/libclang.so.1")).exists()))
-
-RELATIONS = {"<": ("<=", ">="), "<=": ("<", ">"), ">": (">=", "<="), ">=": (">", "<"),
-             "==": ("!=",), "!=": ("==",)}
-ARITHMETIC = {"+": ("-",), "-": ("+",), "*": ("/",), "/": ("*",), "%": ("/",), "<<": (">>",),
-              ">>": ("<<",), "&": ("|",), "|": ("&",), "^": ("|",)}
-LOGIC = {"&&": ("||",), "||": ("&&",)}
-ASSIGNMENTS = {"+=": ("-=", "="), "-=": ("+=", "="), "*=": ("/=", "="), "/=": ("*=", "="),
-               "|=": ("&=", "="), "&=": ("|=", "="), "<<=": (">>=",), ">>=": ("<<=",),
-               "^=": ("=",), "%=": ("=",)}
 
 NOT_WALKED = {K.STATIC_ASSERT, K.ENUM_DECL, K.TYPE_ALIAS_DECL, K.TYPEDEF_DECL, K.PARM_DECL,
               K.TEMPLATE_TYPE_PARAMETER, K.TEMPLATE_NON_TYPE_PARAMETER, K.TYPE_REF, K.TEMPLATE_REF,
