@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <unordered_map>
 
@@ -13,14 +14,42 @@ namespace t4d::measure {
 using model::kNoIndex;
 using model::Point3;
 
+void ComponentHistory::begin(double time, std::vector<Shell> shells,
+                             const std::vector<std::uint32_t>& owners) {
+  shells_ = std::move(shells);
+  const auto addSolid = [&](std::uint32_t shell) {
+    shells_[shell].solid = static_cast<std::uint32_t>(solids_.size());
+    solids_.push_back({addTrack(time, !shells_[shell].outer), {shell}});
+  };
+  for (std::uint32_t i = 0; i < shells_.size(); ++i) {
+    if (surfaces_ || shells_[i].outer || owners[i] == kNoIndex) addSolid(i);
+  }
+  for (std::uint32_t i = 0; i < shells_.size(); ++i) {
+    if (shells_[i].solid != kNoIndex) continue;
+    shells_[i].solid = shells_[owners[i]].solid;
+    solids_[shells_[i].solid].shells.push_back(i);
+  }
+}
+
+void ComponentHistory::forgetVolumes(const std::vector<Transition>& transitions) {
+  for (const Transition& one : transitions) {
+    for (const std::uint32_t shell : one.shellsBelow) {
+      shells_[shell].volume = std::numeric_limits<double>::quiet_NaN();
+    }
+  }
+}
+
 std::uint32_t ComponentHistory::addTrack(double time, bool cavity) {
   Track track;
   track.begin = track.end = time;
   track.beginsWithMesh = atStart(time);
   track.cavity = cavity;
+  const auto number = static_cast<std::uint32_t>(tracks_.tracks.size());
   tracks_.tracks.push_back(std::move(track));
   ended_.push_back(0);
-  return static_cast<std::uint32_t>(tracks_.tracks.size() - 1);
+  // Each track has a solid, which is added next.
+  if (number == followed_) followedSolid_ = static_cast<std::uint32_t>(solids_.size());
+  return number;
 }
 
 void ComponentHistory::endTrack(std::uint32_t track, double time) {
@@ -61,6 +90,10 @@ void ComponentHistory::work(SlabShells* current, double time, std::vector<Transi
     workSolids(current, time, real);
   }
   if (!atStart(time) && !atEnd(time)) addDetails(time, real);
+  if (followedSolid_ != kNoIndex && !hasEnded(followed_)) {
+    const std::vector<std::uint32_t>& shells = solids_[followedSolid_].shells;
+    followedShells_.insert(followedShells_.end(), shells.begin(), shells.end());
+  }
 }
 
 /// Every surface is a track of its own.
@@ -290,9 +323,11 @@ void ComponentHistory::addDetails(double time, const std::vector<Transition*>& t
       }
       if (innersAbove == 0 && innersBelow == 1) {
         const Shell& shell = shells_[one->shellsBelow[0]];
+        const std::size_t vanishes = tracks_.events.size() - 1;
         if (shell.appears != kNoEvent) {
-          tracks_.briefCavities.push_back(
-              {shell.appears, tracks_.events.size() - 1, shell.largestVolume});
+          tracks_.briefCavities.push_back({shell.appears, vanishes, shell.largestVolume});
+        } else if (shell.atFirst != kNoIndex) {
+          carriedCavities_.push_back({shell.atFirst, vanishes, shell.largestVolume});
         }
       }
     }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "measure/slab_shells.h"
+#include "measure/track_parts.h"
 #include "measure/tracks.h"
 #include "measure/transition.h"
 
@@ -17,10 +18,25 @@ class ComponentHistory {
     tracks_.time = time;
   }
 
+  /// Begins with surfaces that exist at a time, of which `owners` tells whose solids they bound, as
+  /// SlabShells::shellsAtEnd does.
+  void begin(double time, std::vector<Shell> shells, const std::vector<std::uint32_t>& owners);
+
   /// Everything that happens at one time. `current`: the slab after it, or nullptr after the last.
   void work(SlabShells* current, double time, std::vector<Transition> transitions);
 
+  /// Notes the surfaces of a track, by its number, from its begin on.
+  void follow(std::uint32_t track) { followed_ = track; }
+  /// The surfaces that were of the track at some time since the last call of forgetFollowed.
+  const std::vector<std::uint32_t>& followedShells() const { return followedShells_; }
+  void forgetFollowed() { followedShells_.clear(); }
+
+  /// Forgets the volumes that surfaces had in a slab before.
+  void forgetVolumes(const std::vector<Transition>& transitions);
+
   Tracks& tracks() { return tracks_; }
+  /// Cavities of before the first slab that have vanished.
+  std::vector<CarriedCavity>& carriedCavities() { return carriedCavities_; }
   std::vector<Shell>& shells() { return shells_; }
   bool ofSurfaces() const { return surfaces_; }
   std::uint32_t trackOf(std::uint32_t shell) const { return solids_[shells_[shell].solid].track; }
@@ -51,6 +67,10 @@ class ComponentHistory {
   std::vector<char> ended_;  // for each track
   std::vector<Shell> shells_;
   std::vector<Solid> solids_;
+  std::vector<CarriedCavity> carriedCavities_;
+  std::uint32_t followed_ = model::kNoIndex;
+  std::uint32_t followedSolid_ = model::kNoIndex;
+  std::vector<std::uint32_t> followedShells_;
 };
 
 }  // namespace t4d::measure

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <optional>
 #include <unordered_map>
 #include <utility>
@@ -42,6 +43,19 @@ std::vector<double> piercing(std::vector<ArcInterval> intervals) {
 }
 
 }  // namespace
+
+SlabShells::SlabShells(const model::Slab& slab, const MeasuredSlab& measured)
+    : shellOfArc(measured.topology->reeb.arcs.size(), kNoIndex),
+      slab_(slab),
+      measured_(measured),
+      arcsBelow_(reeb().nodes.size()),
+      arcsAbove_(reeb().nodes.size()) {
+  for (std::uint32_t a = 0; a < reeb().arcs.size(); ++a) {
+    const auto [below, above] = reeb().arcs[a];
+    if (below != kNoIndex) arcsAbove_[below].push_back(a);
+    if (above != kNoIndex) arcsBelow_[above].push_back(a);
+  }
+}
 
 LevelFlood& SlabShells::flooding() {
   if (!flood_) flood_ = std::make_unique<LevelFlood>(slab_);
@@ -90,6 +104,82 @@ void SlabShells::make(Transition& one, bool solids, std::vector<Shell>& shells) 
     one.shellsAbove.push_back(static_cast<std::uint32_t>(shells.size()));
     shells.push_back(made[i]);
   }
+}
+
+std::vector<Transition> SlabShells::transitionsAt(std::span<const std::uint32_t> nodes) const {
+  std::vector<Transition> transitions;
+  for (const std::uint32_t number : nodes) {
+    const SlabReeb::Node& node = reeb().nodes[number];
+    Transition one;
+    one.change2 = node.eulerChange2;
+    one.node = number;
+    one.arcsAbove = arcsAbove_[number];
+    for (const std::uint32_t arc : arcsBelow_[number]) {
+      if (shellOfArc[arc] != kNoIndex) one.shellsBelow.push_back(shellOfArc[arc]);
+    }
+    for (const std::uint32_t vertex : node.vertices) {
+      one.placeSum += slab_.vertices[vertex].head<3>();
+      ++one.placeCount;
+    }
+    transitions.push_back(std::move(one));
+  }
+  return transitions;
+}
+
+std::vector<std::uint32_t> SlabShells::nodesInOrder() const {
+  std::vector<std::uint32_t> nodes;
+  for (std::uint32_t n = 0; n < reeb().nodes.size(); ++n) {
+    if (reeb().nodes[n].instant > 0) nodes.push_back(n);
+  }
+  std::ranges::stable_sort(nodes, {}, [&](std::uint32_t n) { return reeb().nodes[n].instant; });
+  return nodes;
+}
+
+std::vector<std::uint32_t> SlabShells::arcsAtEnd() const {
+  std::vector<std::uint32_t> arcs;
+  for (std::uint32_t a = 0; a < reeb().arcs.size(); ++a) {
+    const std::uint32_t above = reeb().arcs[a].above;
+    if (above != kNoIndex && reeb().nodes[above].instant == reeb().lastInstant) arcs.push_back(a);
+  }
+  return arcs;
+}
+
+std::vector<Shell> SlabShells::shellsAtEnd(std::vector<std::uint32_t>& owners) const {
+  const double begin = instants()[reeb().lastInstant - 1];
+  const double time = begin + (instants()[reeb().lastInstant] - begin) / 2;
+  const auto surfaces = levelSurfaces(slab_.connectivity->cells, verticesAfter(slab_, time));
+  const auto arcs = arcsOf(surfaces, *slab_.connectivity, reeb(), 2 * reeb().lastInstant - 1);
+  const auto points = pointsAt(surfaces.cut, slab_.vertices, time);
+  const auto measures = measuresOf(surfaces, points, time);
+  std::vector<std::uint32_t> shellOf(reeb().arcs.size(), kNoIndex);
+  std::vector<Shell> shells;
+  for (const std::uint32_t arc : arcsAtEnd()) {
+    shellOf[arc] = static_cast<std::uint32_t>(shells.size());
+    shells.emplace_back().atFirst = shellOf[arc];
+  }
+  owners.resize(shells.size());
+  std::iota(owners.begin(), owners.end(), 0U);
+  std::vector<std::uint32_t> inner;  // surfaces
+  for (std::uint32_t s = 0; s < surfaces.count; ++s) {
+    if (arcs[s] == kNoIndex || shellOf[arcs[s]] == kNoIndex) continue;
+    Shell& shell = shells[shellOf[arcs[s]]];
+    shell.euler2 = surfaces.euler2[s];
+    shell.outer = measures[s].volume >= 0;
+    if (!shell.outer) inner.push_back(s);
+  }
+  // A ray from a cavity meets other cavities of its solid, or what encloses this.
+  const auto next = nextSurfaces(surfaces, points, inner);
+  for (std::size_t i = 0; i < inner.size(); ++i) {
+    const std::uint32_t hit = next[i] == surfaces.count ? kNoIndex : arcs[next[i]];
+    owners[shellOf[arcs[inner[i]]]] = hit == kNoIndex ? kNoIndex : shellOf[hit];
+  }
+  for (std::uint32_t& owner : owners) {
+    std::size_t steps = 0;
+    while (owner != kNoIndex && !shells[owner].outer) {
+      owner = ++steps > shells.size() ? kNoIndex : owners[owner];
+    }
+  }
+  return shells;
 }
 
 /// Measures some arcs of the slab.

@@ -77,7 +77,8 @@ bool SlabTopologies::isSampled(double time) const {
   return std::ranges::binary_search(times_, time);
 }
 
-std::unique_ptr<MeasuredSlab> SlabTopologies::measured(const model::Slab& slab) const {
+std::unique_ptr<MeasuredSlab> SlabTopologies::measured(const model::Slab& slab,
+                                                       bool sampled) const {
   auto measured = std::make_unique<MeasuredSlab>();
   if (!slab.connectivity) {
     measured->sound = invalid("has no connectivity");
@@ -92,7 +93,7 @@ std::unique_ptr<MeasuredSlab> SlabTopologies::measured(const model::Slab& slab) 
   if (!measured->sound) return measured;
   measured->topology = known ? known : made(slab);
   measured->instants = instantsOf(measured->topology->reeb, slab);
-  if (slab.timeBegin == slab.timeEnd) return measured;
+  if (slab.timeBegin == slab.timeEnd || !sampled) return measured;
   const auto first = std::ranges::lower_bound(times_, slab.timeBegin);
   for (auto at = first; at != times_.end() && *at < slab.timeEnd; ++at) {
     measured->samples.push_back(sampleOf(slab, *measured, *at));

@@ -44,7 +44,8 @@ class SlabTopologies {
   SlabTopologies(std::vector<double> sampleTimes, double end)
       : times_(std::move(sampleTimes)), end_(end) {}
 
-  std::unique_ptr<MeasuredSlab> measured(const model::Slab& slab) const;
+  /// With samples at the times of the slab, unless not `sampled`.
+  std::unique_ptr<MeasuredSlab> measured(const model::Slab& slab, bool sampled = true) const;
   bool isSampled(double time) const;
 
  private:

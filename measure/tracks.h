@@ -110,11 +110,24 @@ struct Tracks {
 /// vanish are left out alike, unless surfaces were tracked.
 void prune(Tracks& tracks, double minVolume, double minDuration);
 
+struct PartOfTracks;
+
+/// A track that is followed from slab to slab.
+struct FollowedTrack {
+  bool begun = false;
+  bool ended = false;  ///< what happens at the last layer is known after the slab above it
+  double begin = 0;
+  double end = 0;
+  /// Cells of the last slab: all of the track there, in its time, are connected with them by cells
+  /// that share an edge then.
+  std::vector<std::uint32_t> cells = {};
+};
+
 /// Tracks the components of a mesh, with a slab in memory and what is known of the components that
 /// exist.
 class Tracker : public model::Sink {
  public:
-  /// `time` is that of the whole mesh. Fails for a sample time outside.
+  /// `time` is that of the whole mesh; the times of samples are in order (sampleTimesOf).
   Tracker(model::TimeSpan time, std::vector<double> sampleTimes, bool surfaces);
   ~Tracker() override;
 
@@ -123,13 +136,25 @@ class Tracker : public model::Sink {
   std::unique_ptr<Prepared> prepare(const model::Slab& slab) const override;
   Result<void> putPrepared(const model::Slab& slab, Prepared* prepared) override;
 
-  /// Call it once, after the last slab.
+  /// Begins after this slab, which has a duration, instead of at the begin of the mesh.
+  Result<void> startAfter(const model::Slab& slab);
+
+  /// Follows a track, by its number; before the first slab.
+  void follow(std::uint32_t track);
+  const FollowedTrack& followed() const;
+
+  /// Call one of them once: after the last slab of the mesh, or after a slab with a duration that
+  /// others follow.
   Tracks finish();
+  PartOfTracks finishPart(bool atEnd);
 
  private:
   class Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// The times of samples of these options, in order. Fails for a time outside the mesh.
+Result<std::vector<double>> sampleTimesOf(const model::Source& source, const TrackOptions& options);
 
 /// The tracks of a closed mesh. Slabs are worked on by all threads; the result does not depend on
 /// their number. Fails for a time outside the mesh, and if reading a slab does.
