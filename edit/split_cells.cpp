@@ -61,6 +61,15 @@ model::Attribute CellSplitter::withNewRows(model::Attribute attribute) const {
   return attribute;
 }
 
+std::uint32_t CellSplitter::add(const CutEdge& edge) {
+  const Point4& from = vertices_[edge.from];
+  const Point4& to = vertices_[edge.to];
+  const Point4 vertex = from + edge.fraction * (to - from);
+  vertices_.push_back(vertex);
+  cutEdges_.push_back(edge);
+  return static_cast<std::uint32_t>(vertices_.size() - 1);
+}
+
 void CellSplitter::splitPart(const Cell& cell, const std::array<int, 4>& side, int which,
                              double time, std::vector<Cell>& into) {
   // The four triangles of the cell, clipped, and the section.

@@ -39,6 +39,9 @@ class CellSplitter {
   void split(const model::Cell& cell, double time, std::vector<model::Cell>& before,
              std::vector<model::Cell>& after);
 
+  /// Adds a vertex at a place between two, or, if they are equal, another one at their place.
+  std::uint32_t add(const CutEdge& edge);
+
   /// The edges that were cut, one for each new vertex, in order.
   std::span<const CutEdge> cutEdges() const { return cutEdges_; }
   /// An attribute of the given vertices, with rows for the new ones added.

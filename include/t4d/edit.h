@@ -225,7 +225,9 @@ struct RunEnd {
   std::uint64_t slab = 0;  ///< the slab with this layer, counted among those put
   double time = 0;
   bool begin = false;           ///< the run begins here; otherwise it ends here
-  std::uint64_t triangles = 0;  ///< facets closed, each by one cap cell
+  std::uint64_t triangles = 0;  ///< facets closed
+  /// Of the cap: one for each facet, or four where a part of the surface touches itself.
+  std::uint64_t cells = 0;
   /// Why the facets could not be closed; the mesh stays open here.
   std::optional<std::string> open;
 };
@@ -241,8 +243,9 @@ struct RunEnd {
 ///
 /// The open facets of a mesh that is closed elsewhere form a closed surface, the slice at that
 /// time, so the cone closes the mesh. It encloses nothing: the hypervolume and the slices of the
-/// given slabs stay exact. In the gap the mesh is empty. As with any cone, cells may overlap within
-/// the cap.
+/// given slabs stay exact. A part that touches itself at a vertex has a layer of prisms before its
+/// cone, so that the vertex has a cap on each side. In the gap the mesh is empty. As with any cone,
+/// cells may overlap within the cap.
 ///
 /// Two slabs are consecutive if the upper layer of one equals the lower layer of the next (-0
 /// equals 0). A cap cell has the attributes of the cell whose facet it closes, except "kind" and
