@@ -9,13 +9,12 @@
 #include "measure/derived_track.h"
 #include "measure/tracks.h"
 #include "t4d/mesh.h"
+#include "measure/transition.h"
 
 namespace t4d::measure {
 namespace {
 
 using model::kNoIndex;
-
-constexpr std::size_t kNoEvent = ~std::size_t{0};
 
 bool isOfTracks(const TrackEvent& event) { return event.kind <= TrackEventKind::Rearranges; }
 

@@ -87,6 +87,7 @@ class JoinedTracks {
       Track& kept = all_.tracks[number[i]];
       kept.end = std::max(kept.end, track.end);
       kept.endsWithMesh = track.endsWithMesh;
+      kept.endsAfter = track.endsAfter;
       kept.into = std::move(track.into);
       kept.largestVolume = std::max(kept.largestVolume, track.largestVolume);
       kept.samples.insert(kept.samples.end(), track.samples.begin(), track.samples.end());

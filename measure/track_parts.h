@@ -32,7 +32,7 @@ struct CarriedCavity {
 
 /// Tracks in some consecutive slabs of a mesh.
 struct PartOfTracks {
-  /// Those that exist before the part come first, and begin at some time before it.
+  /// Those that exist before the part come first. They begin with it, others end with it.
   Tracks tracks;
   /// Surfaces just before the part and just before its end, in an order that depends on the slab
   /// there alone.

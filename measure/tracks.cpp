@@ -51,6 +51,7 @@ class Tracker::Impl {
   ComponentHistory history_;
   std::vector<std::uint32_t> atEnd_;  // shells of the arcs at the end of the last slab
   std::vector<SurfaceAtSeam> first_;
+  double firstTime_ = 0;
   std::uint32_t follows_ = kNoIndex;
   FollowedTrack followed_;
 };
@@ -137,6 +138,7 @@ Result<void> Tracker::Impl::startAfter(const model::Slab& slab) {
   });
   endSlab(current, nodes);
   first_ = surfacesAt(atEnd_);
+  firstTime_ = slab.timeEnd;
   return {};
 }
 
@@ -165,6 +167,16 @@ PartOfTracks Tracker::Impl::finishPart(bool atEnd) {
   part.first = std::move(first_);
   part.carriedCavities = std::move(history_.carriedCavities());
   part.tracks = std::move(history_.tracks());
+  for (const SurfaceAtSeam& surface : part.first) {
+    Track& track = part.tracks.tracks[surface.track];
+    track.beginsBefore = true;
+    track.begin = firstTime_;
+  }
+  for (const SurfaceAtSeam& surface : part.last) {
+    Track& track = part.tracks.tracks[surface.track];
+    track.endsAfter = true;
+    track.end = seam_.time();
+  }
   return part;
 }
 

@@ -67,6 +67,8 @@ struct Track {
   double end = 0;
   bool beginsWithMesh = false;
   bool endsWithMesh = false;
+  bool beginsBefore = false;             ///< in a part of a mesh: it exists before the part
+  bool endsAfter = false;                ///< and here: after it
   bool cavity = false;                   ///< a surface that faces inward, if surfaces are tracked
   std::vector<std::uint32_t> from = {};  ///< tracks that it came out of
   std::vector<std::uint32_t> into = {};
