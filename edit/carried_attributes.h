@@ -3,8 +3,8 @@
 #include <span>
 #include <vector>
 
-#include "t4d/surface.h"
 #include "edit/vertex_lineage.h"
+#include "t4d/surface.h"
 
 namespace t4d::edit {
 

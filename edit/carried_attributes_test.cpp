@@ -10,10 +10,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "t4d/edit.h"
 #include "fixtures/solids.h"
 #include "model/corner_attributes.h"
 #include "model/surface_check.h"
+#include "t4d/edit.h"
 
 namespace t4d::edit {
 namespace {

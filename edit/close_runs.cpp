@@ -7,9 +7,9 @@
 
 #include "model/cone.h"
 #include "model/facets.h"
-#include "t4d/mesh.h"
 #include "model/union_find.h"
 #include "t4d/edit.h"
+#include "t4d/mesh.h"
 
 namespace t4d::edit {
 namespace {

@@ -9,12 +9,12 @@
 
 #include "fixtures/fields.h"
 #include "fixtures/solids.h"
-#include "t4d/check.h"
 #include "measure/surface_genus.h"
 #include "measure/tracks.h"
 #include "measure/woven_noise.h"
-#include "t4d/sweep.h"
+#include "t4d/check.h"
 #include "t4d/slice.h"
+#include "t4d/sweep.h"
 
 /// A track that is cut out of a mesh is a valid mesh, which has the slices of its component, and
 /// all tracks together have the hypervolume of the whole.

@@ -9,11 +9,11 @@
 #include <utility>
 #include <vector>
 
-#include "t4d/edit.h"
 #include "edit/vertex_lineage.h"
-#include "t4d/error.h"
 #include "model/surface_edges.h"
 #include "model/unit_scale.h"
+#include "t4d/edit.h"
+#include "t4d/error.h"
 #include "t4d/surface.h"
 
 /// The steps of mendSurface, in order. Each adds its changes to the report.

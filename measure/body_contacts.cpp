@@ -11,8 +11,8 @@
 
 #include "measure/level_surfaces.h"
 #include "measure/parallel_for.h"
-#include "t4d/mesh.h"
 #include "slice/cut.h"
+#include "t4d/mesh.h"
 
 namespace t4d::measure {
 namespace {

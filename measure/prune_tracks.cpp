@@ -8,8 +8,8 @@
 
 #include "measure/derived_track.h"
 #include "measure/tracks.h"
-#include "t4d/mesh.h"
 #include "measure/transition.h"
+#include "t4d/mesh.h"
 
 namespace t4d::measure {
 namespace {

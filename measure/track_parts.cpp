@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 
 #include "measure/derived_track.h"
-#include "t4d/mesh.h"
 #include "model/source_part.h"
+#include "t4d/mesh.h"
 
 namespace t4d::measure {
 namespace {

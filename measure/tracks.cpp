@@ -8,16 +8,16 @@
 
 #include "measure/component_history.h"
 #include "measure/derived_track.h"
+#include "measure/layer_seam.h"
 #include "measure/level_flood.h"
 #include "measure/level_surfaces.h"
 #include "measure/slab_reeb.h"
-#include "model/union_find.h"
-#include "t4d/mesh.h"
-#include "measure/layer_seam.h"
 #include "measure/slab_shells.h"
 #include "measure/slab_topology.h"
 #include "measure/track_parts.h"
 #include "measure/track_samples.h"
+#include "model/union_find.h"
+#include "t4d/mesh.h"
 
 namespace t4d::measure {
 

@@ -12,9 +12,9 @@
 #include "measure/surface_genus.h"
 #include "measure/tracks.h"
 #include "measure/woven_noise.h"
-#include "t4d/sweep.h"
 #include "t4d/mesh.h"
 #include "t4d/slice.h"
+#include "t4d/sweep.h"
 
 /// Euler's formula in the order of time.
 namespace t4d::measure {

@@ -13,13 +13,13 @@
 #include "fixtures/polytopes.h"
 #include "fixtures/solids.h"
 #include "measure/surface_genus.h"
+#include "measure/woven_noise.h"
 #include "model/source_part.h"
 #include "model/union_find.h"
 #include "t4d/slice.h"
 #include "t4d/sweep.h"
 #include "t4d/weave.h"
 #include "voxel4d/sampled_frames.h"
-#include "measure/woven_noise.h"
 
 namespace t4d::measure {
 namespace {

@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "voxel4d/sampled_frames.h"
 #include "t4d/weave.h"
+#include "voxel4d/sampled_frames.h"
 
 /// Woven meshes with as much happening in them as possible, for tests.
 namespace t4d::measure {

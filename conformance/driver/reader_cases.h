@@ -5,8 +5,8 @@
 
 #include "conformance/corpus/corpus.h"
 #include "conformance/driver/case_choice.h"
-#include "t4d/error.h"
 #include "conformance/driver/damage.h"
+#include "t4d/error.h"
 
 /// The cases for a reader under test: the files of the corpus, and damaged copies of the valid
 /// ones.

@@ -49,9 +49,10 @@ void keepLook(LoadedMesh& loaded) {
     return true;
   });
   if (dropped.empty()) return;
-  loaded.losses.push_back(fmt::format("{}: of a solid that is deformed, only color, uv and "
-                                      "material are read",
-                                      fmt::join(dropped, ", ")));
+  loaded.losses.push_back(
+      fmt::format("{}: of a solid that is deformed, only color, uv and "
+                  "material are read",
+                  fmt::join(dropped, ", ")));
 }
 
 class SeriesKeys : public model::VertexKeys {

@@ -7,10 +7,10 @@
 
 #include "formats/file_extension.h"
 #include "formats/gltf/gltf_writer.h"
-#include "t4d/surface.h"
 #include "model/amount_text.h"
 #include "platform/kept_inputs.h"
 #include "platform/stopwatch.h"
+#include "t4d/surface.h"
 #include "tools/verbs/json_text.h"
 #include "tools/verbs/mending.h"
 #include "tools/verbs/solid_input.h"
