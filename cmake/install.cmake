@@ -31,8 +31,7 @@ install(DIRECTORY docs examples DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(FILES formats/motion/motion.schema.json formats/motion/mechanism.schema.json
   DESTINATION ${CMAKE_INSTALL_DOCDIR}/formats/motion)
 install(FILES tools/fuzz/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR}/tools/fuzz)
-install(FILES conformance/backends/backend.h
-  DESTINATION ${CMAKE_INSTALL_DOCDIR}/conformance/backends)
+install(FILES include/t4d/conformance.h DESTINATION ${CMAKE_INSTALL_DOCDIR}/include/t4d)
 install(DIRECTORY conformance/readers DESTINATION ${CMAKE_INSTALL_DOCDIR}/conformance
   USE_SOURCE_PERMISSIONS
   PATTERN node_modules EXCLUDE PATTERN __pycache__ EXCLUDE)
