@@ -25,7 +25,7 @@ std::string_view withoutBlanks(std::string_view text) {
   return text;
 }
 
-std::string_view trimmed(std::string_view text) {
+std::string_view unquoted(std::string_view text) {
   text = withoutBlanks(text);
   const bool quoted = text.size() >= 2 && text.front() == '"' && text.back() == '"';
   return quoted ? text.substr(1, text.size() - 2) : text;
@@ -37,14 +37,14 @@ std::vector<std::string_view> fieldsOf(std::string_view line, char separator) {
   if (separator == ' ') {
     for (line = withoutBlanks(line); !line.empty(); line = withoutBlanks(line)) {
       const auto end = std::min(line.find_first_of(" \t"), line.size());
-      fields.push_back(trimmed(line.substr(0, end)));
+      fields.push_back(unquoted(line.substr(0, end)));
       line.remove_prefix(end);
     }
     return fields;
   }
   while (true) {
     const auto end = line.find(separator);
-    fields.push_back(trimmed(line.substr(0, end)));
+    fields.push_back(unquoted(line.substr(0, end)));
     if (end == line.npos) return fields;
     line.remove_prefix(end + 1);
   }
@@ -119,7 +119,7 @@ std::vector<std::string> NumberTable::namesInComment(std::size_t columns, AreNam
     rest.remove_prefix(std::min(end + 1, rest.size()));
     if (here.starts_with('#')) comment = here.substr(1);
   }
-  const auto fields = fieldsOf(trimmed(comment), separatorOf(comment));
+  const auto fields = fieldsOf(unquoted(comment), separatorOf(comment));
   std::vector<std::string> names(fields.begin(), fields.end());
   if (names.size() != columns || !areNames(names)) return {};
   return names;
