@@ -19,7 +19,7 @@ endforeach()
 # installs a copy of tl/expected.hpp.
 find_package(tl-expected REQUIRED)
 find_package(fmt REQUIRED)
-if(T4D_BUILD_TESTS OR "formats" IN_LIST T4D_ENABLED_COMPONENTS OR "voxel4d" IN_LIST T4D_ENABLED_COMPONENTS)
+if(T4D_BUILD_TESTS OR "file" IN_LIST T4D_ENABLED_COMPONENTS OR "arrays" IN_LIST T4D_ENABLED_COMPONENTS)
   find_package(nlohmann_json REQUIRED)
 endif()
 
