@@ -45,7 +45,7 @@ class ReaderSuite : public testing::Test {
     cases_.push_back({"cut/good", &good_, {}, {}});
     for (std::size_t length = 0; length < 4; ++length) {
       trial.about = "cut to " + std::to_string(length) + " bytes";
-      trial.damage = [length](const std::string& bytes) { return bytes.substr(0, length); };
+      trial.damage = Cut{length};
       cases_.back().trials.push_back(trial);
     }
   }
