@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
-from typing import Any, Dict, List, Tuple
+from typing import Any, Dict, List, Tuple, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,37 @@ class Tracks:
     """``time``, ``event``, ``body``, ``x``, ``y``, ``z``, ``before``, ``after``, ``count``, ``euler``."""
     links: List[Tuple[int, int, Dict[str, Any]]]
     """From each track to those that it goes into, with the ``time`` and the ``event``."""
+    length_unit: str = ""
+    """"" if unknown."""
+    time_unit: str = ""
+
+    def parents(self) -> Dict[int, List[int]]:
+        """The sampled tracks that each sampled track comes out of, if there are any. Where a track has no
+        sample, because it begins and ends between two times, those that it comes out of take its place."""
+        sampled = set(self.samples["track"].tolist())
+        before: Dict[int, List[int]] = {}
+        for one, into, _ in self.links:  # in the order of birth of ``one``
+            before.setdefault(into, []).extend([one] if one in sampled else before.get(one, []))
+        return {track: sorted(set(of)) for track, of in sorted(before.items()) if track in sampled and of}
+
+    def napari(self) -> Tuple[NDArray[np.float64], Dict[str, NDArray[Any]], Dict[int, List[int]]]:
+        """``data``, ``properties`` and ``graph`` of a layer of tracks of napari:
+        ``viewer.add_tracks(data, properties=properties, graph=graph)``. A row of data is a sample: track,
+        frame, z, y, x. Frames count the times of the samples, from 0; ``properties["time"]`` has them."""
+        order = np.lexsort((self.samples["time"], self.samples["track"]))
+        samples = {name: column[order] for name, column in self.samples.items()}
+        frames = np.unique(samples["time"], return_inverse=True)[1].reshape(-1)
+        data = np.column_stack([samples["track"], frames, samples["z"], samples["y"], samples["x"]])
+        properties = {name: samples[name] for name in ("time", "volume", "area", "speed", "genus", "cavities")}
+        return data.astype(np.float64), properties, self.parents()
+
+    def save_geff(self, path: Union[str, "os.PathLike[str]"]) -> None:
+        """Writes the graph as GEFF (Graph Exchange File Format), a Zarr group that must not exist yet: a node
+        for each sample, with ``t``, ``z``, ``y``, ``x``, ``track``, ``volume`` and others, edges from
+        sample to sample of a track and from track to track. Needs zarr."""
+        from t4d import geff
+
+        geff.save(self, os.fspath(path))
 
 
 def _column(rows: List[Dict[str, Any]], name: str, kind: Any) -> NDArray[Any]:
@@ -71,4 +103,6 @@ def tables(report: Dict[str, Any]) -> Tracks:
             for track in tracks
             for into in track["into"]
         ],
+        length_unit=report["length_unit"],
+        time_unit=report["time_unit"],
     )

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <memory>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -8,11 +9,13 @@
 #include "tools/t4d/commands.h"
 #include "tools/t4d/console.h"
 #include "tools/t4d/console_observer.h"
+#include "tools/t4d/ctc_option.h"
 #include "tools/t4d/frame_options.h"
 #include "tools/t4d/input_options.h"
 #include "tools/t4d/lineage_picture.h"
 #include "tools/t4d/option_checks.h"
 #include "tools/t4d/table_output.h"
+#include "tools/verbs/frame_times.h"
 #include "tools/verbs/track.h"
 
 namespace t4d::tools {
@@ -31,6 +34,7 @@ struct TrackArguments {
   std::vector<std::string> outputs;
   std::string events;
   std::string samples;
+  CtcOption ctc;
   bool json = false;
 };
 
@@ -82,6 +86,7 @@ void printTables(const verbs::TrackReport& report) {
 }
 
 int run(const TrackArguments& options) {
+  if (const std::string misuse = options.ctc.misuse(); !misuse.empty()) return wrongUsage(misuse);
   std::vector<std::string> outputs = options.outputs;
   for (const std::string& output : {options.events, options.samples}) {
     if (!output.empty()) outputs.push_back(output);
@@ -124,11 +129,28 @@ int run(const TrackArguments& options) {
     tracks += body.tracks.tracks.size();
     events += body.tracks.events.size();
   }
+  std::optional<verbs::CtcReport> labelled;
+  if (!options.ctc.folder.empty()) {
+    std::vector<double> times = tracking.layers ? verbs::frameTimesOf(*input) : tracking.times;
+    std::ranges::sort(times);
+    times.erase(std::ranges::unique(times).begin(), times.end());
+    auto written = options.ctc.write(*input, *tracked, times, observer);
+    if (!written) return report(written.error());
+    labelled = *written;
+  }
   if (options.json) {
     tools::printText(jsonOf(*tracked) + "\n");
     return kDone;
   }
-  if (outputs.empty()) {
+  if (labelled) {
+    const auto& [x, y, z] = labelled->size;
+    print("{}: {} of {} x {} x {} voxels, {}\n", options.ctc.folder,
+          counted(labelled->frames, "frame"), x, y, z, counted(labelled->labels, "label"));
+    if (labelled->lostLinks > 0) {
+      print("  left out: {}, since a label has one parent\n",
+            counted(labelled->lostLinks, "further link of mergers", "further links of mergers"));
+    }
+  } else if (outputs.empty()) {
     printTables(*tracked);
   } else {
     print("{}: {}, {}\n", options.input, counted(tracks, "track"), counted(events, "event"));
@@ -148,8 +170,9 @@ void addTrack(CLI::App& app, int& exitCode) {
   auto options = std::make_shared<TrackArguments>();
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
   options->frames.addTo(*command, kMostTimes, "all layers");
-  command->add_flag("--surfaces", options->tracking.surfaces,
-                    "Track every surface, those of cavities, too, instead of components");
+  CLI::Option* surfaces =
+      command->add_flag("--surfaces", options->tracking.surfaces,
+                        "Track every surface, those of cavities, too, instead of components");
   command
       ->add_option("--min-volume", options->tracking.minVolume,
                    "Leave out tracks that never reach this volume")
@@ -173,6 +196,7 @@ void addTrack(CLI::App& app, int& exitCode) {
   command->add_option("--samples", options->samples, "Write a row for each track and time (.csv)")
       ->check(outputFile({".csv"}))
       ->type_name("FILE");
+  options->ctc.addTo(*command)->excludes(surfaces);
   command->add_flag("--json", options->json, "Print JSON");
   command->footer("Example:\n  t4d track cells.t4d -o lineage.svg --events events.csv");
   command->callback([=, &exitCode] { exitCode = run(*options); });
