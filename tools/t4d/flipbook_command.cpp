@@ -53,11 +53,9 @@ std::optional<std::string> misuseOf(const FlipbookArguments& options) {
   if (const auto uneven = options.frames.unevenOption(); uneven && !byFrames) {
     return *uneven + ": --rigid and --morph play a stretch of time evenly; use --times A:B:N";
   }
-  if (!byFrames && how.write.color == "time") {
-    return "--color time: a body of --rigid or --morph has one colour";
-  }
-  if (!byFrames && how.write.isColoredBySpeed()) {
-    return "--color speed: a body of --rigid or --morph has one colour";
+  const std::string& color = how.write.color;
+  if (!byFrames && (color == "time" || color == "speed" || color == "track")) {
+    return fmt::format("--color {}: a body of --rigid or --morph has one colour", color);
   }
   if (how.seconds && !options.frames.speedFile.empty()) {
     return "--duration: the curve of --speed-file says how long the animation plays";

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "tools/report/html_page.h"
+#include "tools/verbs/slice_tracks.h"
 
 namespace t4d::tools {
 namespace {
@@ -75,6 +76,18 @@ std::string_view colourOf(TrackEventKind kind) {
   }
 }
 
+/// A linear colour in sRGB, as #rrggbb.
+std::string hexOf(const formats::Color& color) {
+  std::string hex = "#";
+  for (int i = 0; i < 3; ++i) {
+    const double linear = color[i];
+    const double value =
+        linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
+    hex += fmt::format("{:02x}", std::lround(255 * value));
+  }
+  return hex;
+}
+
 }  // namespace
 
 std::string lineagePicture(const verbs::TrackReport& report) {
@@ -121,8 +134,8 @@ std::string lineagePicture(const verbs::TrackReport& report) {
         points += fmt::format("{:.2f},{:.2f} ", at->first, middle + at->second);
       }
       bands += fmt::format(
-          "<polygon fill=\"{}\" fill-opacity=\"0.7\" points=\"{}\"><title>{}</title></polygon>\n",
-          track.cavity ? "#d4a72c" : "#4a7fd0", points,
+          "<polygon fill=\"{}\" points=\"{}\"><title>{}</title></polygon>\n",
+          hexOf(verbs::trackColor(body.firstId + i)), points,
           escaped(fmt::format("{}{}, {:g} to {:g}", body.firstId + i,
                               body.name.empty() ? "" : " " + body.name, track.begin, track.end)));
       for (const std::uint32_t into : track.into) {

@@ -42,9 +42,10 @@ slice::Hyperplane hyperplaneOf(const SliceArguments& options) {
 std::optional<std::string> misuseOf(const SliceArguments& options) {
   const verbs::SliceOptions& how = options.slice;
   const std::string& color = how.write.color;
-  if ((color == "time" || color == "speed") && !how.time) {
+  if ((color == "time" || color == "speed" || color == "track") && !how.time) {
     return fmt::format("--color {}: colours are those of a slice at a time (--time)", color);
   }
+  if (color == "track" && how.light) return "--color track: not with --light";
   if (auto misuse = misuseOfMaxSpeed(how.write)) return misuse;
   if (const auto checked = slice::checkHyperplane(how.hyperplane); !checked) {
     return "--hyperplane: " + checked.error().message;

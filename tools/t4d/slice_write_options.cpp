@@ -39,15 +39,17 @@ void addLooks(CLI::App& command, verbs::SliceWriteOptions& options) {
           "flat|smooth|crease:DEG"));
   command
       .add_option("--color", options.color,
-                  "Colour by body, time, speed, input triangle or attribute (default: none)")
+                  "Colour by body, time, speed, track, input triangle or attribute (default: none)")
       ->check(CLI::Validator(
           [](std::string& text) {
             return verbs::isSliceColor(text)
                        ? std::string()
-                       : fmt::format("'{}' is not body, time, speed, triangle or attribute:NAME",
-                                     text);
+                       : fmt::format(
+                             "'{}' is not body, time, speed, track, triangle or "
+                             "attribute:NAME",
+                             text);
           },
-          "body|time|speed|triangle|attribute:NAME"));
+          "body|time|speed|track|triangle|attribute:NAME"));
 }
 
 }  // namespace

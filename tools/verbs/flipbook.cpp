@@ -23,7 +23,7 @@ Result<void> checkFlipbookOptions(const FlipbookOptions& options) {
   const bool isUsd = formats::isUsd(options.output);
   const char* contradiction =
       !isUsd && !formats::isGltf(options.output) ? "a flipbook is a .glb, .gltf, .usda or .usdz"
-      : !byFrames && (write.color == "time" || write.isColoredBySpeed())
+      : !byFrames && (write.color == "time" || write.isColoredBySpeed() || write.isColoredByTrack())
           ? "a body that is moved or morphed has one colour"
       : !byFrames && (options.exact || write.velocity || options.visibility)
           ? "exact slices, velocities and visibilities are those of frames"
@@ -103,7 +103,8 @@ Result<FlipbookReport> flipbook(const Input& input, const FlipbookOptions& optio
   convert::FlipbookOptions how;
   const std::optional<double> real = realRate(times, input.metadata.timeUnit);
   how.framesPerSecond = rateOf(options, times.size(), real);
-  how.detail = options.exact ? slice::SliceDetail::Exact : slice::SliceDetail::Light;
+  const bool exact = options.exact || options.write.isColoredByTrack();
+  how.detail = exact ? slice::SliceDetail::Exact : slice::SliceDetail::Light;
   std::vector<double> rates;
   if (options.write.needsVelocity()) {
     if (times.size() == 1) return oneFrameHasNoSpeed();

@@ -23,6 +23,9 @@ Result<void> checkFramesOptions(const FramesOptions& options, std::size_t frames
   if (options.part.count > 1 && formats::isUsd(anyFrame(options))) {
     return fail(ErrorCode::Options, "USD frames come with a file of all, for which each is needed");
   }
+  if (options.light && options.write.isColoredByTrack()) {
+    return fail(ErrorCode::Options, "colours by track are those of exact slices");
+  }
   return checkSliceWriteOptions(options.write, anyFrame(options));
 }
 

@@ -9,6 +9,7 @@
 #include "convert/frame_slices.h"
 #include "slice/velocity.h"
 #include "t4d/mesh.h"
+#include "tools/verbs/slice_tracks.h"
 
 namespace t4d::verbs {
 namespace {
@@ -86,6 +87,32 @@ Painting paintingBySpeed(double largest) {
                             .high = largest});
 }
 
+Result<Painting> paintingByTrack(const Input& input, std::span<const double> times,
+                                 Observer& observer) {
+  measure::TrackOptions tracking;
+  tracking.times.assign(times.begin(), times.end());
+  tracking.layers = false;
+  const auto report = track(input, tracking, observer);
+  if (!report) return report.error();
+  const auto tracks = std::make_shared<const SliceTracks>(*report);
+  return Painting{[tracks](formats::NamedMesh& mesh, double time) {
+    const std::vector<std::uint64_t> ids = tracks->of(mesh.name, mesh.mesh, time);
+    formats::MeshColors colors{model::Domain::Cell, {}};
+    std::vector<std::uint32_t> values;
+    for (const std::uint64_t id : ids) {
+      const Color color = trackColor(id);
+      colors.colors.push_back({static_cast<float>(color[0]), static_cast<float>(color[1]),
+                               static_cast<float>(color[2]), static_cast<float>(color[3])});
+      values.push_back(static_cast<std::uint32_t>(id));
+    }
+    std::erase_if(mesh.mesh.attributes,
+                  [](const model::Attribute& attribute) { return attribute.name == kTrack; });
+    mesh.mesh.attributes.push_back(
+        model::makeAttribute(std::string(kTrack), model::Domain::Cell, values));
+    mesh.colors = std::move(colors);
+  }};
+}
+
 Result<Painting> paintingOf(const SliceWriteOptions& options, const Input& input) {
   return paintingOfElements(options, input, std::span<const model::Body>(input.bodies));
 }
@@ -99,6 +126,7 @@ Result<Painting> paintingOfFrames(const SliceWriteOptions& options, const Input&
                                   std::span<const double> times, slice::SliceDetail detail,
                                   const std::optional<convert::FrameVelocity>& velocity,
                                   Observer& observer) {
+  if (options.isColoredByTrack()) return paintingByTrack(input, times, observer);
   if (!options.isColoredBySpeed()) return paintingOf(options, input);
   const auto stage = observer.stage("looking for the largest speed", times.size(), "frames");
   const auto nothing = [](std::size_t, std::span<const formats::NamedMesh>) {

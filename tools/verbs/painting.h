@@ -27,13 +27,18 @@ struct Painting {
 /// Colours by the attribute `velocity`, from a speed of 0 to the largest.
 Painting paintingBySpeed(double largest);
 
+/// Colours by track (measure::tracksOf), each in that of the lineage picture, of exact slices at
+/// these times; adds the attribute `track` to triangles. What is not of a track is grey.
+Result<Painting> paintingByTrack(const Input& input, std::span<const double> times,
+                                 Observer& observer);
+
 /// Colours of the bodies of an input, by their attributes over the range of all bodies or of these
-/// meshes. Not by speed. Fails as convert::attributeColors does.
+/// meshes. Not by speed or track. Fails as convert::attributeColors does.
 Result<Painting> paintingOf(const SliceWriteOptions& options, const Input& input);
 Result<Painting> paintingOf(const SliceWriteOptions& options, const Input& input,
                             std::span<const formats::NamedMesh> meshes);
 
-/// Colours of frames, by speed too: they are sliced once to find the largest speed.
+/// Colours of frames, by speed and by track too: for that the mesh is read once more.
 Result<Painting> paintingOfFrames(const SliceWriteOptions& options, const Input& input,
                                   std::span<const double> times, slice::SliceDetail detail,
                                   const std::optional<convert::FrameVelocity>& velocity,

@@ -32,8 +32,13 @@ Result<void> checkSliceOptions(const SliceOptions& options) {
     return fail(ErrorCode::Options, good.error().message);
   }
   const SliceWriteOptions& write = options.write;
-  if (!options.time && (write.color == "time" || write.color == "speed")) {
-    return fail(ErrorCode::Options, "colours by time or speed are those of a slice at a time");
+  if (!options.time &&
+      (write.color == "time" || write.color == "speed" || write.isColoredByTrack())) {
+    return fail(ErrorCode::Options,
+                "colours by time, speed or track are those of a slice at a time");
+  }
+  if (options.light && write.isColoredByTrack()) {
+    return fail(ErrorCode::Options, "colours by track are those of exact slices");
   }
   if (!options.time && (options.light || write.velocity)) {
     return fail(ErrorCode::Options, "light slices and velocities are those of a slice at a time");
@@ -138,10 +143,13 @@ SliceMerge mergeSections(const SliceWriteOptions& write, Sections& sections) {
 }
 
 /// Colours the sections, and leaves out attributes that are not asked for.
-Result<void> paintSections(const Input& input, const SliceOptions& options, SliceReport& report) {
+Result<void> paintSections(const Input& input, const SliceOptions& options, SliceReport& report,
+                           Observer& observer) {
   const SliceWriteOptions& write = options.write;
-  const auto painting = write.isColoredBySpeed() ? paintingBySpeed(report.velocity->maxSpeed)
-                                                 : paintingOf(write, input, report.sections);
+  const auto painting =
+      write.isColoredBySpeed()   ? Result<Painting>(paintingBySpeed(report.velocity->maxSpeed))
+      : write.isColoredByTrack() ? paintingByTrack(input, {&*options.time, 1}, observer)
+                                 : paintingOf(write, input, report.sections);
   if (!painting) return painting.error();
   report.colorRange = painting->range;
   const auto velocity = frameVelocityOf(write, {});
@@ -258,7 +266,7 @@ Result<SliceReport> sliceMesh(const Input& input, const SliceOptions& options, O
     return inInput(cut.error(), input);
   }
   if (options.mergeCoplanar) report.merge = mergeSections(options.write, report.sections);
-  if (auto painted = paintSections(input, options, report); !painted) {
+  if (auto painted = paintSections(input, options, report, observer); !painted) {
     return inInput(painted.error(), input);
   }
   model::Bounds3 bounds;

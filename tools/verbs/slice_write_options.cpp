@@ -15,7 +15,7 @@ bool SliceWriteOptions::isColoredByAttribute() const {
 }
 
 bool isSliceColor(std::string_view text) {
-  constexpr std::array<std::string_view, 4> kNames = {"body", "time", "speed", "triangle"};
+  constexpr std::array<std::string_view, 5> kNames = {"body", "time", "speed", "track", "triangle"};
   return std::ranges::find(kNames, text) != kNames.end() ||
          (text.starts_with(kColorByAttribute) && text.size() > kColorByAttribute.size());
 }
@@ -26,8 +26,9 @@ Result<void> checkSliceWriteOptions(const SliceWriteOptions& options,
     return fail(ErrorCode::Options, std::move(message));
   };
   if (!options.color.empty() && !isSliceColor(options.color)) {
-    return refuse(fmt::format(
-        "the colour is '{}', not body, time, speed, triangle or attribute:NAME", options.color));
+    return refuse(
+        fmt::format("the colour is '{}', not body, time, speed, track, triangle or attribute:NAME",
+                    options.color));
   }
   if (options.normals &&
       !(options.normals->creaseDegrees >= 0 && options.normals->creaseDegrees <= 180)) {

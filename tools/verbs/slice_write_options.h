@@ -20,6 +20,7 @@ struct SliceWriteOptions {
   /// * time: from dark blue at the first time of the mesh to yellow at the last;
   /// * speed: from 0 to the largest speed of a vertex;
   /// * triangle: the attribute of that name, the triangles of a swept solid, in distinct colours;
+  /// * track: the component that it belongs to (verbs::track), in distinct colours;
   /// * attribute:NAME: an attribute, over the range of its values; three or four components are
   ///   colours themselves.
   std::string color = {};
@@ -34,6 +35,7 @@ struct SliceWriteOptions {
   bool center = false;   ///< write coordinates about the middle; the file says where it was
 
   bool isColoredBySpeed() const { return color == "speed"; }
+  bool isColoredByTrack() const { return color == "track"; }
   /// By the attribute `triangle` or any other.
   bool isColoredByAttribute() const;
   /// To be written, or for colours.
