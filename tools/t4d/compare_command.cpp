@@ -49,6 +49,7 @@ struct CompareArguments {
   std::string keep;
   std::string html;
   std::string csv;
+  bool eachBody = false;
   bool json = false;
 
   bool builds() const { return other.empty(); }
@@ -194,6 +195,7 @@ int finish(const CompareArguments& options, Outputs& outputs, const std::string&
 
 verbs::CompareOptions compareOptionsOf(const CompareArguments& options) {
   verbs::CompareOptions how{.slices = options.slices, .maxCells = options.maxCells};
+  how.eachBody = options.eachBody;
   if (!options.times.empty()) how.times = *timesOf(options.times, kMaxSlices);
   if (!options.html.empty()) how.pairs = kPictures;
   return how;
@@ -318,6 +320,8 @@ void addCompare(CLI::App& app, int& exitCode) {
       ->check(htmlFile());
   command->add_option("--csv", options->csv, "Write a table with one row per time")
       ->check(outputFile({".csv"}));
+  command->add_flag("--each-body", options->eachBody,
+                    "Compare each body with that of the same name, in a row for each");
   command->add_flag("--json", options->json, "Print the comparison as JSON");
   command->footer(
       "Examples:\n"

@@ -1,5 +1,7 @@
 #include "tools/t4d/compare_page.h"
 
+#include <limits>
+
 #include <fmt/format.h>
 
 #include "tools/report/html_page.h"
@@ -9,8 +11,8 @@
 namespace t4d::tools {
 namespace {
 
-using measure::SliceComparison;
 using verbs::ComparedMesh;
+using verbs::ComparedSlice;
 using verbs::CompareReport;
 using verbs::Comparison;
 
@@ -32,24 +34,36 @@ std::vector<Plot> plotsOverTime(const CompareReport& report, const Comparison& c
   difference.title = labelled("Symmetric difference", report.lengthUnit, "³");
   difference.curves = {{"symmetric difference", "d", {}}};
   difference.covers = {0.0};
-  Plot distance = difference;
-  distance.title = labelled("Hausdorff distance", report.lengthUnit);
-  distance.curves = {{"Hausdorff distance", "d", {}}};
+  Plot distance = volume;
+  distance.title = labelled("Distance of the surfaces", report.lengthUnit);
+  distance.curves = {{"largest", "a", {}}, {"of 95 %", "b", {}}, {"mean", "d", {}}};
+  distance.covers = {0.0};
+  Plot overlap = volume;
+  overlap.title = "Overlap";
+  overlap.curves = {{"Dice", "a", {}}, {"Jaccard", "b", {}}};
+  overlap.covers = {1.0};
   if (comparison.volumeExpected) {
     volume.curves.push_back(
         {"true solid", "dashed",
          std::vector<double>(comparison.slices.size(), *comparison.volumeExpected)});
   }
-  for (const SliceComparison& slice : comparison.slices) {
-    for (Plot* plot : {&volume, &area, &difference, &distance}) plot->x.push_back(slice.time);
+  for (const ComparedSlice& slice : comparison.slices) {
+    for (Plot* plot : {&volume, &area, &difference, &overlap, &distance}) {
+      plot->x.push_back(slice.time);
+    }
     volume.curves[0].values.push_back(slice.volumeA);
     volume.curves[1].values.push_back(slice.volumeB);
     area.curves[0].values.push_back(slice.areaA);
     area.curves[1].values.push_back(slice.areaB);
     difference.curves[0].values.push_back(slice.difference.volume);
+    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+    overlap.curves[0].values.push_back(slice.dice().value_or(kNone));
+    overlap.curves[1].values.push_back(slice.jaccard().value_or(kNone));
     distance.curves[0].values.push_back(slice.distance.hausdorff());
+    distance.curves[1].values.push_back(slice.surfaces.hausdorff95);
+    distance.curves[2].values.push_back(slice.surfaces.meanDistance);
   }
-  return {volume, area, difference, distance};
+  return {volume, area, difference, overlap, distance};
 }
 
 std::string convergenceOf(const CompareReport& report) {

@@ -9,10 +9,11 @@
 namespace t4d::tools {
 namespace {
 
-using measure::SliceComparison;
 using verbs::CellQuantiles;
 using verbs::CellShapes;
+using verbs::ComparedBody;
 using verbs::ComparedMesh;
+using verbs::ComparedSlice;
 using verbs::CompareReport;
 using verbs::Comparison;
 using verbs::ConvergenceOrders;
@@ -89,15 +90,27 @@ Table sliceTable(const CompareReport& report, const Comparison& comparison) {
   const auto number = [](double value) { return fmt::format("{:.6g}", value); };
   Table rows = {{labelled("time", report.timeUnit), labelled("volume a", report.lengthUnit, "³"),
                  "volume b", labelled("area a", report.lengthUnit, "²"), "area b",
-                 "sym. difference", "of a", labelled("Hausdorff", report.lengthUnit)}};
-  for (const SliceComparison& slice : comparison.slices) {
+                 "sym. difference", "of a", "Dice", labelled("Hausdorff", report.lengthUnit),
+                 "95 %", "mean"}};
+  const bool several = !comparison.bodies.empty();
+  if (several) rows[0].insert(rows[0].begin() + 1, "body");
+  const auto add = [&](const ComparedSlice& slice, const std::string& body) {
     const double difference = slice.difference.volume;
-    const double hausdorff = slice.distance.hausdorff();
+    const auto distance = [&](double length) {
+      return std::isfinite(length) ? number(length) : std::string("-");
+    };
     rows.push_back(
         {number(slice.time), number(slice.volumeA), number(slice.volumeB), number(slice.areaA),
          number(slice.areaB), number(difference),
          slice.volumeA > 0 ? fmt::format("{:.3g} %", 100 * difference / slice.volumeA) : "-",
-         std::isfinite(hausdorff) ? number(hausdorff) : "-"});
+         slice.dice() ? fmt::format("{:.4f}", *slice.dice()) : "-",
+         distance(slice.distance.hausdorff()), distance(slice.surfaces.hausdorff95),
+         distance(slice.surfaces.meanDistance)});
+    if (several) rows.back().insert(rows.back().begin() + 1, body);
+  };
+  for (std::size_t i = 0; i < comparison.slices.size(); ++i) {
+    if (!several) add(comparison.slices[i], "");
+    for (const ComparedBody& body : comparison.bodies) add(body.slices[i], shownLine(body.name));
   }
   return rows;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <memory>
 #include <utility>
 
@@ -12,6 +13,7 @@
 #include "model/converted_source.h"
 #include "t4d/check.h"
 #include "t4d/mesh.h"
+#include "model/in_order.h"
 #include "tools/verbs/input.h"
 #include "tools/verbs/origin.h"
 
@@ -212,6 +214,68 @@ Result<std::unique_ptr<Side>> openSide(const ComparedFile& file, const Side* a,
   return side;
 }
 
+/// Compares the solids of some bodies at each time, one on each thread, which has two slabs and two
+/// slices in memory.
+Result<std::vector<ComparedSlice>> compareBodies(std::span<const model::Body> a,
+                                                 std::span<const model::Body> b,
+                                                 std::span<const double> times,
+                                                 const model::Progress& progress) {
+  const auto at = [&](std::size_t i) -> Result<ComparedSlice> {
+    auto solidOfA = measure::solidAt(a, times[i]);
+    if (!solidOfA) return solidOfA.error();
+    auto solidOfB = measure::solidAt(b, times[i]);
+    if (!solidOfB) return solidOfB.error();
+    auto compared = measure::compareSolids(times[i], *solidOfA, *solidOfB);
+    if (!compared) return compared.error();
+    return ComparedSlice{*compared, surfaceAgreement(*solidOfA, *solidOfB)};
+  };
+  using Item = std::shared_ptr<const Result<ComparedSlice>>;
+  std::vector<ComparedSlice> slices;
+  Result<void> done;
+  model::inOrder<Item>(
+      times.size(),
+      [&](std::size_t i) { return std::make_shared<const Result<ComparedSlice>>(at(i)); },
+      [&](const Item& compared) {
+        if (!*compared) {
+          done = compared->error();
+          return false;
+        }
+        slices.push_back(**compared);
+        if (progress) {
+          progress(static_cast<double>(slices.size()) / static_cast<double>(times.size()));
+        }
+        return true;
+      });
+  if (!done) return done.error();
+  return slices;
+}
+
+/// Compares the bodies of each name, those of a first.
+Result<std::vector<ComparedBody>> compareEachBody(const Side& a, const Side& b,
+                                                  std::span<const double> times,
+                                                  Observer& observer) {
+  std::vector<std::string> names;
+  for (const Side* side : {&a, &b}) {
+    for (const model::Body& body : side->bodies) {
+      if (std::ranges::find(names, body.name) == names.end()) names.push_back(body.name);
+    }
+  }
+  const auto ofName = [](const Side& side, const std::string& name) {
+    std::vector<model::Body> bodies;
+    std::ranges::copy_if(side.bodies, std::back_inserter(bodies),
+                         [&](const model::Body& body) { return body.name == name; });
+    return bodies;
+  };
+  const auto stage = observer.stage("comparing bodies", names.size() * times.size(), "slices");
+  std::vector<ComparedBody> bodies;
+  for (const std::string& name : names) {
+    auto slices = compareBodies(ofName(a, name), ofName(b, name), times, stage->part(times.size()));
+    if (!slices) return slices.error();
+    bodies.push_back({name, std::move(*slices)});
+  }
+  return bodies;
+}
+
 /// Compares `b` with `a`, and adds to the report.
 Result<void> compareSides(const Side& a, const Side& b, bool isLast, const CompareOptions& options,
                           std::vector<std::string> notes, CompareReport& report,
@@ -238,9 +302,14 @@ Result<void> compareSides(const Side& a, const Side& b, bool isLast, const Compa
   report.notes.insert(report.notes.end(), notes.begin(), notes.end());
 
   const auto stage = observer.stage("comparing", times.size(), "slices");
-  auto slices = measure::compareAt(a.bodies, b.bodies, times, {}, stage->callback());
+  auto slices = compareBodies(a.bodies, b.bodies, times, stage->callback());
   if (!slices) return slices.error();
   report.comparisons.push_back({a.mesh, b.mesh, std::move(*slices), options.volumeExpected});
+  if (options.eachBody) {
+    auto bodies = compareEachBody(a, b, times, observer);
+    if (!bodies) return bodies.error();
+    report.comparisons.back().bodies = std::move(*bodies);
+  }
   if (!isLast || options.pairs == 0) return {};
   auto pairs = pairsToShow(a, b, times, options.pairs);
   if (!pairs) return pairs.error();

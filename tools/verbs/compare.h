@@ -9,6 +9,7 @@
 #include "measure/compare.h"
 #include "t4d/surface.h"
 #include "tools/verbs/observer.h"
+#include "tools/verbs/surface_agreement.h"
 
 namespace t4d::verbs {
 
@@ -45,12 +46,30 @@ struct ComparedMesh {
   std::optional<double> hypervolumeError() const;
 };
 
+/// Two solids at one time. What both have in common is computed from the symmetric difference.
+struct ComparedSlice : measure::SliceComparison {
+  SurfaceAgreement surfaces;
+
+  double volumeDifference() const { return volumeB - volumeA; }
+  /// Twice the volume of both as a part of the sum of their volumes; nothing if both are empty.
+  std::optional<double> dice() const;
+  /// The volume of both as a part of that of either.
+  std::optional<double> jaccard() const;
+};
+
+/// A body of both meshes, or of one.
+struct ComparedBody {
+  std::string name;
+  std::vector<ComparedSlice> slices;  ///< at the times of Comparison::slices
+};
+
 /// Lengths and times are in the units of `a`.
 struct Comparison {
   ComparedMesh a;
   ComparedMesh b;
-  std::vector<measure::SliceComparison> slices;
-  std::optional<double> volumeExpected;  ///< of the true solid, the same at any time
+  std::vector<ComparedSlice> slices;
+  std::optional<double> volumeExpected;   ///< of the true solid, the same at any time
+  std::vector<ComparedBody> bodies = {};  ///< if they are asked for
 
   /// The symmetric difference of all slices together, as a fraction of the volumes of a; empty if
   /// these are zero.
@@ -88,11 +107,12 @@ struct CompareOptions {
   std::optional<std::uint64_t> maxCells = {};  ///< as T4dReader::open takes it
   std::optional<double> volumeExpected = {};   ///< of the true solid, at any time
   std::size_t pairs = 0;                       ///< solids to keep in the report
+  bool eachBody = false;                       ///< compare bodies of the same name, too
 };
 
-/// Compares each of `others`, at least one, with `a`, in the units of `a` (measure::compareAt). An
-/// invalid mesh is compared, too, with a notice. Fails for units that cannot be converted, and for
-/// times at which nothing exists.
+/// Compares each of `others`, at least one, with `a`, in the units of `a` (measure::compareSolids).
+/// An invalid mesh is compared, too, with a notice. Fails for units that cannot be converted, and
+/// for times at which nothing exists.
 Result<CompareReport> compare(const ComparedFile& a, std::span<const ComparedFile> others,
                               const CompareOptions& options, Observer& observer = nobody());
 
@@ -108,8 +128,9 @@ ConvergenceOrders ordersOf(std::span<const Comparison> comparisons);
 /// The report as JSON (docs/schemas/compare.schema.json).
 std::string jsonOf(const CompareReport& report);
 
-/// A heading and a row for each time of each comparison; an undefined Hausdorff distance is left
-/// empty. Numbers are in the shortest form that reads back as the same double.
+/// A heading and a row for each time of each comparison and, if there are bodies, instead for each
+/// body at each time, in a column `body`; what is undefined is left empty. Numbers are in the
+/// shortest form that reads back as the same double.
 std::string csvOf(const CompareReport& report);
 
 }  // namespace t4d::verbs

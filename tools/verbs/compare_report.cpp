@@ -6,12 +6,12 @@
 #include <nlohmann/json.hpp>
 
 #include "tools/verbs/compare.h"
+#include "tools/verbs/csv_field.h"
 #include "tools/verbs/json_text.h"
 
 namespace t4d::verbs {
 namespace {
 
-using measure::SliceComparison;
 using nlohmann::ordered_json;
 
 /// The slope of the least-squares line through the points' logarithms; empty for fewer than two
@@ -75,20 +75,49 @@ ordered_json jsonOf(const ComparedMesh& mesh) {
   return value;
 }
 
-ordered_json jsonOf(const std::vector<SliceComparison>& slices) {
+/// All but the time.
+ordered_json jsonOf(const ComparedSlice& slice) {
+  const auto distance = [](double length) {
+    return std::isfinite(length) ? ordered_json(length) : ordered_json();
+  };
+  return {{"volume_a", slice.volumeA},
+          {"volume_b", slice.volumeB},
+          {"area_a", slice.areaA},
+          {"area_b", slice.areaB},
+          {"symmetric_difference", slice.difference.volume},
+          {"hausdorff", distance(slice.distance.hausdorff())},
+          {"hausdorff_95", distance(slice.surfaces.hausdorff95)},
+          {"mean_distance", distance(slice.surfaces.meanDistance)},
+          {"volume_difference", slice.volumeDifference()},
+          {"dice", orNull(slice.dice())},
+          {"jaccard", orNull(slice.jaccard())}};
+}
+
+ordered_json slicesJson(const Comparison& comparison) {
   ordered_json value = ordered_json::array();
-  for (const SliceComparison& slice : slices) {
-    const double hausdorff = slice.distance.hausdorff();
-    value.push_back(
-        {{"time", slice.time},
-         {"volume_a", slice.volumeA},
-         {"volume_b", slice.volumeB},
-         {"area_a", slice.areaA},
-         {"area_b", slice.areaB},
-         {"symmetric_difference", slice.difference.volume},
-         {"hausdorff", std::isfinite(hausdorff) ? ordered_json(hausdorff) : ordered_json()}});
+  for (std::size_t i = 0; i < comparison.slices.size(); ++i) {
+    ordered_json slice = {{"time", comparison.slices[i].time}};
+    slice.update(jsonOf(comparison.slices[i]));
+    for (const ComparedBody& body : comparison.bodies) {
+      ordered_json one = {{"name", body.name}};
+      one.update(jsonOf(body.slices[i]));
+      slice["bodies"].push_back(std::move(one));
+    }
+    value.push_back(std::move(slice));
   }
   return value;
+}
+
+/// A row of the table; `body` is a field with its comma.
+std::string rowOf(const ComparedSlice& slice, const std::string& body) {
+  const auto number = [](const std::optional<double>& value) {
+    return value && std::isfinite(*value) ? fmt::format("{}", *value) : std::string();
+  };
+  return fmt::format("{},{}{},{},{},{},{},{},{},{},{},{},{}\n", slice.time, body, slice.volumeA,
+                     slice.volumeB, slice.areaA, slice.areaB, slice.difference.volume,
+                     number(slice.distance.hausdorff()), number(slice.surfaces.hausdorff95),
+                     number(slice.surfaces.meanDistance), slice.volumeDifference(),
+                     number(slice.dice()), number(slice.jaccard()));
 }
 
 ordered_json convergenceJson(const CompareReport& report) {
@@ -113,10 +142,24 @@ std::optional<double> ComparedMesh::hypervolumeError() const {
   return hypervolume / *hypervolumeExpected - 1;
 }
 
+std::optional<double> ComparedSlice::dice() const {
+  const double both = volumeA + volumeB;
+  if (!(both > 0)) return std::nullopt;
+  if (volumeA == 0 || volumeB == 0) return 0;  // and not the error of the difference
+  return 1 - difference.volume / both;
+}
+
+std::optional<double> ComparedSlice::jaccard() const {
+  const double both = volumeA + volumeB;
+  if (!(both > 0)) return std::nullopt;
+  if (volumeA == 0 || volumeB == 0) return 0;
+  return (both - difference.volume) / (both + difference.volume);
+}
+
 std::optional<double> Comparison::meanDifference() const {
   double difference = 0;
   double volume = 0;
-  for (const SliceComparison& slice : slices) {
+  for (const ComparedSlice& slice : slices) {
     difference += slice.difference.volume;
     volume += slice.volumeA;
   }
@@ -126,7 +169,7 @@ std::optional<double> Comparison::meanDifference() const {
 
 double Comparison::largestHausdorff() const {
   double largest = 0;
-  for (const SliceComparison& slice : slices) {
+  for (const ComparedSlice& slice : slices) {
     const double distance = slice.distance.hausdorff();
     if (std::isfinite(distance)) largest = std::max(largest, distance);
   }
@@ -146,7 +189,7 @@ std::string jsonOf(const CompareReport& report) {
                         {"time_unit", report.timeUnit},
                         {"a", jsonOf(comparison.a)},
                         {"b", jsonOf(comparison.b)},
-                        {"slices", jsonOf(comparison.slices)}};
+                        {"slices", slicesJson(comparison)}};
   if (report.comparisons.size() > 1) value["convergence"] = convergenceJson(report);
   return jsonText(value);
 }
@@ -154,16 +197,20 @@ std::string jsonOf(const CompareReport& report) {
 std::string csvOf(const CompareReport& report) {
   const bool voxels = report.comparisons.front().b.voxelSize.has_value();
   std::string csv = voxels ? "voxel_size,frames," : "";
-  csv += "time,volume_a,volume_b,area_a,area_b,symmetric_difference,hausdorff\n";
+  const bool several = !report.comparisons.front().bodies.empty();
+  csv += fmt::format(
+      "time,{}volume_a,volume_b,area_a,area_b,symmetric_difference,hausdorff,hausdorff_95,"
+      "mean_distance,volume_difference,dice,jaccard\n",
+      several ? "body," : "");
   for (const Comparison& comparison : report.comparisons) {
-    for (const SliceComparison& slice : comparison.slices) {
-      if (voxels) {
-        csv += fmt::format("{},{},", *comparison.b.voxelSize, comparison.b.frames.value_or(0));
+    const std::string before =
+        voxels ? fmt::format("{},{},", *comparison.b.voxelSize, comparison.b.frames.value_or(0))
+               : "";
+    for (std::size_t i = 0; i < comparison.slices.size(); ++i) {
+      if (!several) csv += before + rowOf(comparison.slices[i], "");
+      for (const ComparedBody& body : comparison.bodies) {
+        csv += before + rowOf(body.slices[i], csvField(body.name) + ",");
       }
-      const double hausdorff = slice.distance.hausdorff();
-      csv += fmt::format("{},{},{},{},{},{},{}\n", slice.time, slice.volumeA, slice.volumeB,
-                         slice.areaA, slice.areaB, slice.difference.volume,
-                         std::isfinite(hausdorff) ? fmt::format("{}", hausdorff) : "");
     }
   }
   return csv;

@@ -34,7 +34,9 @@ const isOptional = (verb, where, key) => optional.includes(key) ||
   // Of files, of fields, or of manifests of frames.
   (verb === 'join' && ['frames', 'slabs', 'vertices', 'tetrahedra', 'field', 'active', 'bytes', 'copied'].includes(key)) ||
   // Of several bodies.
-  (verb === 'measure' && key === 'bodies') ||
+  (['measure', 'compare'].includes(verb) && key === 'bodies') ||
+  // If they are asked for.
+  (verb === 'measure' && ['wall_thickness', 'normal_speed'].includes(key)) ||
   // Of an animated glTF.
   (verb === 'sweep' && (['bodies', 'tolerance'].includes(key) || (key === 'body' && where.includes('first')))) ||
   (isComparedMesh(verb, where) && optionalOfMeshes.includes(key));
@@ -233,6 +235,7 @@ const runs = [
   ['frames', [at('cut.t4d'), '--count', 3, '-o', at('none')], 4],
   ['measure', [at('voxels.t4d'), '--frames', 3, '-o', at('volumes.csv')], 0],
   ['measure', [at('arm.t4d'), '--frames', 2], 0],
+  ['measure', [at('arm.t4d'), '--at-frames', '--thickness', '--normal-speed'], 0],
   // At its last time a simplex is a corner.
   ['measure', [at('simplex.t4d'), '--frames', 2], 0],
   ['measure', [at('screw.t4d'), '--times', '0:1000:2'], 4],
@@ -265,6 +268,7 @@ const runs = [
   ['compare', [fixture('paper-cube.obj'), '--motion', fixture('paper-voxel.json'), ...voxels,
     '--slices', 3], 0],
   ['compare', [at('screw.t4d'), at('voxels.t4d'), '--times', '0:1:2'], 0],
+  ['compare', [at('arm.t4d'), at('arm.t4d'), '--slices', 2, '--each-body'], 0],
   // At the last time only one of them exists.
   ['compare', [at('simplex.t4d'), at('rest.t4d'), '--times', '0:10:3'], 0],
   ['compare', [at('huge.t4d'), at('huge.t4d'), '--slices', 1], 0],

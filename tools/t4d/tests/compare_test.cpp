@@ -46,6 +46,11 @@ TEST_F(Program, ComparesBothBackendsOnOneSolid) {
     EXPECT_NEAR(slice["symmetric_difference"].get<double>(), lost, 1e-3 * lost);
     EXPECT_GT(slice["area_a"], slice["area_b"]);
     EXPECT_LT(slice["hausdorff"].get<double>(), 2.5 * std::sqrt(3));
+    EXPECT_LT(slice["hausdorff_95"], slice["hausdorff"]);
+    EXPECT_LT(slice["mean_distance"], slice["hausdorff_95"]);
+    EXPECT_NEAR(slice["volume_difference"].get<double>(), -lost, 1e-9);
+    // b is within a.
+    EXPECT_NEAR(slice["jaccard"].get<double>(), 1 - lost / 8000, 1e-3 * lost / 8000);
   }
   EXPECT_EQ(value["slices"][2]["time"], 64);
 
@@ -144,9 +149,9 @@ TEST_F(Program, CompareShowsTheConvergence) {
   EXPECT_GT(value["convergence"]["order_symmetric_difference"].get<double>(), 1);
   EXPECT_TRUE(fs::exists(folder_ / "kept" / "icosphere-voxel4d-4.t4d"));
   const std::string csv = contents(folder_ / "all.csv");
-  EXPECT_EQ(
-      csv.substr(0, csv.find('\n')),
-      "voxel_size,frames,time,volume_a,volume_b,area_a,area_b,symmetric_difference,hausdorff");
+  EXPECT_EQ(csv.substr(0, csv.find('\n')),
+            "voxel_size,frames,time,volume_a,volume_b,area_a,area_b,symmetric_difference,hausdorff,"
+            "hausdorff_95,mean_distance,volume_difference,dice,jaccard");
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + 3 * 2);
   EXPECT_THAT(contents(folder_ / "page.html"), testing::HasSubstr("order of convergence"));
 }
