@@ -75,6 +75,12 @@ void FrameOptions::addTo(CLI::App& command, std::uint64_t most, const std::strin
   which->require_option(0, 1);
 }
 
+void FrameOptions::addAtFramesTo(CLI::App& command) {
+  command.get_option_group(kTimesGroup)
+      ->add_flag("--at-frames", atFrames,
+                 "Times of the frames, or ends of steps, that the mesh was made of");
+}
+
 CLI::Option* FrameOptions::addSpeedTo(CLI::App& command) {
   command.get_option_group(kTimesGroup)
       ->add_option("--speed-file", speedFile,

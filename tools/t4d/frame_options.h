@@ -29,10 +29,14 @@ struct FrameOptions {
   std::string timesFile;
   std::string speedFile;
   double framesPerSecond = 24;
+  bool atFrames = false;
 
   /// Adds `--frames`, `--times` and `--times-file`, of which one or none is given, each for up to
   /// `most` frames. `usual` says what is the default, if not kDefaultFrames.
   void addTo(CLI::App& command, std::uint64_t most, const std::string& usual = {});
+
+  /// Adds `--at-frames` to these: then the times are those of verbs::frameTimesOf.
+  void addAtFramesTo(CLI::App& command);
 
   /// Adds `--speed-file` to these, and `--fps`, which it returns.
   CLI::Option* addSpeedTo(CLI::App& command);

@@ -17,6 +17,7 @@
 #include "tools/t4d/option_checks.h"
 #include "tools/t4d/part_option.h"
 #include "tools/t4d/table_output.h"
+#include "tools/verbs/frame_times.h"
 #include "tools/verbs/measure.h"
 
 namespace t4d::tools {
@@ -35,6 +36,8 @@ struct MeasureArguments {
   std::vector<std::string> outputs;
   std::string html;
   bool total = false;
+  bool thickness = false;
+  bool normalSpeed = false;
   bool json = false;
 };
 
@@ -82,13 +85,19 @@ Result<std::string> fileOf(const std::string& path, const verbs::MeasureReport& 
   return plotFile(path, svgOf(volumePlot(measured.samples, metadata)));
 }
 
-std::vector<std::string> sampleFields(const SolidMeasures& sample) {
+std::vector<std::string> sampleFields(const SolidMeasures& sample,
+                                      const verbs::WallMeasures& walls) {
   const model::Point3& centroid = sample.centroid;
-  return {fmt::format("{:.9g}", sample.volume), fmt::format("{:.9g}", sample.area),
-          sample.bounds.empty()
-              ? ""
-              : fmt::format("({:.6g}, {:.6g}, {:.6g})", centroid.x(), centroid.y(), centroid.z()),
-          grouped(sample.components), fmt::format("{:g}", sample.genus)};
+  std::vector<std::string> fields = {
+      fmt::format("{:.9g}", sample.volume), fmt::format("{:.9g}", sample.area),
+      sample.bounds.empty()
+          ? ""
+          : fmt::format("({:.6g}, {:.6g}, {:.6g})", centroid.x(), centroid.y(), centroid.z()),
+      grouped(sample.components), fmt::format("{:g}", sample.genus)};
+  for (const auto& value : {walls.thickness, walls.normalSpeed}) {
+    if (value) fields.push_back(fmt::format("{:.6g}", *value));
+  }
+  return fields;
 }
 
 void printSamples(const verbs::MeasureReport& measured) {
@@ -100,12 +109,15 @@ void printSamples(const verbs::MeasureReport& measured) {
     if (several) row.push_back(body);
     row.insert(row.end(), fields.begin(), fields.end());
   };
-  add("time", "body", {"volume", "area", "centroid", "components", "genus"});
+  std::vector<std::string> heading = {"volume", "area", "centroid", "components", "genus"};
+  if (measured.walls.front().thickness) heading.emplace_back("wall thickness");
+  if (measured.walls.front().normalSpeed) heading.emplace_back("normal speed");
+  add("time", "body", heading);
   for (std::size_t i = 0; i < measured.samples.size(); ++i) {
     const std::string time = fmt::format("{:.6g}", measured.samples[i].time);
-    if (!several) add(time, "", sampleFields(measured.samples[i]));
+    if (!several) add(time, "", sampleFields(measured.samples[i], measured.walls[i]));
     for (const verbs::BodyMeasures& body : measured.bodies) {
-      add(time, shownLine(body.name), sampleFields(body.samples[i]));
+      add(time, shownLine(body.name), sampleFields(body.samples[i], body.walls[i]));
     }
   }
   printTable(rows, several ? "rlrrlr" : "rrrlr");
@@ -116,13 +128,17 @@ int run(const MeasureArguments& options) {
   if (!options.html.empty()) outputs.push_back(options.html);
   const auto input = verbs::openInput(options.input, options.only);
   if (!input) return report(input.error());
-  const auto times = options.frames.of(model::timeSpanOf(input->bodies), kMostSamples);
+  const auto times = options.frames.atFrames
+                         ? Result<std::vector<double>>(verbs::frameTimesOf(*input))
+                         : options.frames.of(model::timeSpanOf(input->bodies), kMostSamples);
   if (!times) return report(times.error());
   if (auto good = checkOutputs(outputs); !good) return report(good.error());
   if (const auto done = options.part.settle(times->size(), "times")) return *done;
   ConsoleObserver observer;
-  const auto measured =
-      verbs::measure(*input, {*times, options.part.chosen(), !options.total}, observer);
+  const auto measured = verbs::measure(
+      *input,
+      {*times, options.part.chosen(), !options.total, options.thickness, options.normalSpeed},
+      observer);
   if (!measured) return report(measured.error());
   const std::vector<SolidMeasures>& samples = measured->samples;
   const formats::Metadata& metadata = input->metadata;
@@ -163,6 +179,7 @@ void addMeasure(CLI::App& app, int& exitCode) {
   auto options = std::make_shared<MeasureArguments>();
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
   options->frames.addTo(*command, kMostSamples);
+  options->frames.addAtFramesTo(*command);
   options->part.addTo(*command,
                       "Measure only part K of N of the times; `t4d join` joins the reports");
   options->only.addTo(*command);
@@ -178,6 +195,9 @@ void addMeasure(CLI::App& app, int& exitCode) {
       ->check(htmlFile());
   command->add_flag("--total", options->total,
                     "Of several bodies: add them up, instead of a row for each");
+  command->add_flag("--thickness", options->thickness, "Measure the mean thickness of walls, too");
+  command->add_flag("--normal-speed", options->normalSpeed,
+                    "Measure the mean speed of the surface along its normal, too");
   command->add_flag("--json", options->json, "Print JSON");
   command->footer(
       "Voxels of a mask that share a face, an edge or a corner are of one component.\n"

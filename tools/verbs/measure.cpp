@@ -1,11 +1,15 @@
 #include "tools/verbs/measure.h"
 
+#include <memory>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "t4d/mesh.h"
+#include "model/in_order.h"
 #include "tools/verbs/csv_field.h"
 #include "tools/verbs/json_text.h"
+#include "tools/verbs/wall.h"
 
 namespace t4d::verbs {
 namespace {
@@ -17,28 +21,102 @@ nlohmann::ordered_json coordinatesOf(const model::Point3& point) {
 }
 
 /// All but the time.
-nlohmann::ordered_json jsonOf(const measure::SolidMeasures& sample) {
+nlohmann::ordered_json jsonOf(const measure::SolidMeasures& sample, const WallMeasures& walls) {
   const bool any = !sample.bounds.empty();
-  return {{"volume", sample.volume},
-          {"area", sample.area},
-          {"centroid", any ? coordinatesOf(sample.centroid) : nlohmann::ordered_json()},
-          {"components", sample.components},
-          {"cavities", sample.cavities},
-          {"genus", sample.genus},
-          {"min", any ? coordinatesOf(sample.bounds.min) : nlohmann::ordered_json()},
-          {"max", any ? coordinatesOf(sample.bounds.max) : nlohmann::ordered_json()}};
+  nlohmann::ordered_json value = {
+      {"volume", sample.volume},
+      {"area", sample.area},
+      {"centroid", any ? coordinatesOf(sample.centroid) : nlohmann::ordered_json()},
+      {"components", sample.components},
+      {"cavities", sample.cavities},
+      {"genus", sample.genus},
+      {"min", any ? coordinatesOf(sample.bounds.min) : nlohmann::ordered_json()},
+      {"max", any ? coordinatesOf(sample.bounds.max) : nlohmann::ordered_json()}};
+  if (walls.thickness) value["wall_thickness"] = *walls.thickness;
+  if (walls.normalSpeed) value["normal_speed"] = *walls.normalSpeed;
+  return value;
 }
 
 /// A row of the table; `before` and `behind` are fields with their commas.
-std::string rowOf(const measure::SolidMeasures& sample, const std::string& before,
-                  const std::string& behind) {
+std::string rowOf(const measure::SolidMeasures& sample, const WallMeasures& walls,
+                  const std::string& before, const std::string& behind) {
   const bool any = !sample.bounds.empty();
   const auto place = [&](const model::Point3& point) {
     return any ? fmt::format("{},{},{}", point.x(), point.y(), point.z()) : std::string(",,");
   };
-  return fmt::format("{}{},{},{},{},{},{},{},{},{}{}\n", sample.time, before, sample.volume,
+  std::string extra;
+  if (walls.thickness) extra += fmt::format(",{}", *walls.thickness);
+  if (walls.normalSpeed) extra += fmt::format(",{}", *walls.normalSpeed);
+  return fmt::format("{}{},{},{},{},{},{},{},{},{}{}{}\n", sample.time, before, sample.volume,
                      sample.area, place(sample.centroid), sample.components, sample.genus,
-                     sample.cavities, place(sample.bounds.min), place(sample.bounds.max), behind);
+                     sample.cavities, place(sample.bounds.min), place(sample.bounds.max), extra,
+                     behind);
+}
+
+/// Walls of each body at each time. Those of a body that does not exist at a time are 0.
+Result<std::vector<std::vector<WallMeasures>>> wallsOfEach(std::span<const model::Body> bodies,
+                                                           std::span<const double> times,
+                                                           const MeasureOptions& options,
+                                                           const model::Progress& progress) {
+  const auto motion = options.normalSpeed ? slice::WithMotion::Yes : slice::WithMotion::No;
+  std::vector<std::unique_ptr<slice::TimeSlicer>> slicers;
+  for (const model::Body& body : bodies) {
+    slicers.push_back(std::make_unique<slice::TimeSlicer>(*body.source, motion));
+  }
+  const auto at = [&](std::size_t body, double time) -> Result<WallMeasures> {
+    slice::Slice slice;
+    slice.motion.emplace();
+    if (model::timeWithin(*bodies[body].source, time)) {
+      auto made = slicers[body]->at(time);
+      if (!made) return made.error();
+      slice = std::move(*made);
+    }
+    WallMeasures walls;
+    if (options.thickness) walls.thickness = wallThickness(slice.mesh);
+    if (options.normalSpeed) walls.normalSpeed = meanNormalSpeed(slice);
+    return walls;
+  };
+  std::vector<std::vector<WallMeasures>> walls(bodies.size());
+  const std::size_t count = bodies.size() * times.size();
+  std::size_t done = 0;
+  Result<void> outcome;
+  using Item = std::shared_ptr<const Result<WallMeasures>>;
+  model::inOrder<Item>(
+      count,
+      [&](std::size_t i) {
+        return std::make_shared<const Result<WallMeasures>>(
+            at(i / times.size(), times[i % times.size()]));
+      },
+      [&](const Item& made) {
+        if (!*made) {
+          outcome = made->error();
+          return false;
+        }
+        walls[done / times.size()].push_back(**made);
+        if (progress) progress(static_cast<double>(++done) / static_cast<double>(count));
+        return true;
+      });
+  if (!outcome) return outcome.error();
+  return walls;
+}
+
+/// Those of all bodies together, at each time: the mean over the area of all.
+std::vector<WallMeasures> togetherOf(const std::vector<std::vector<WallMeasures>>& walls,
+                                     const std::vector<std::vector<measure::SolidMeasures>>& each) {
+  std::vector<WallMeasures> together(each.front().size());
+  for (std::size_t i = 0; i < together.size(); ++i) {
+    for (auto member : {&WallMeasures::thickness, &WallMeasures::normalSpeed}) {
+      double sum = 0;
+      double area = 0;
+      for (std::size_t b = 0; b < each.size(); ++b) {
+        if (!(walls[b][i].*member)) break;
+        sum += each[b][i].area * *(walls[b][i].*member);
+        area += each[b][i].area;
+      }
+      if (walls.front()[i].*member) together[i].*member = area > 0 ? sum / area : 0;
+    }
+  }
+  return together;
 }
 
 }  // namespace
@@ -52,10 +130,22 @@ Result<MeasureReport> measure(const Input& input, const MeasureOptions& options,
   const auto stage = observer.stage("measuring", share.size(), "times");
   auto each = measure::measuresOfEach(input.bodies, share, stage->callback());
   if (!each) return inInput(each.error(), input);
-  MeasureReport report{
-      measure::addedUp(*each), {}, input.metadata.lengthUnit, input.metadata.timeUnit};
+  std::vector<std::vector<WallMeasures>> walls(each->size(),
+                                               std::vector<WallMeasures>(share.size()));
+  if (options.thickness || options.normalSpeed) {
+    const auto next =
+        observer.stage("measuring walls", input.bodies.size() * share.size(), "times");
+    auto made = wallsOfEach(input.bodies, share, options, next->callback());
+    if (!made) return inInput(made.error(), input);
+    walls = std::move(*made);
+  }
+  MeasureReport report{measure::addedUp(*each),
+                       togetherOf(walls, *each),
+                       {},
+                       input.metadata.lengthUnit,
+                       input.metadata.timeUnit};
   for (std::size_t b = 0; options.eachBody && each->size() > 1 && b < each->size(); ++b) {
-    report.bodies.push_back({input.bodies[b].name, std::move((*each)[b])});
+    report.bodies.push_back({input.bodies[b].name, std::move((*each)[b]), std::move(walls[b])});
   }
   return report;
 }
@@ -64,14 +154,16 @@ std::string measuresCsv(const MeasureReport& report) {
   const bool several = !report.bodies.empty();
   std::string csv = fmt::format(
       "time,{}volume,area,cx,cy,cz,components,genus,cavities,min_x,min_y,min_z,max_x,max_y,max_z,"
-      "length_unit,time_unit\n",
-      several ? "body," : "");
+      "{}{}length_unit,time_unit\n",
+      several ? "body," : "",
+      !report.walls.empty() && report.walls.front().thickness ? "wall_thickness," : "",
+      !report.walls.empty() && report.walls.front().normalSpeed ? "normal_speed," : "");
   const std::string units =
       fmt::format(",{},{}", csvField(report.lengthUnit), csvField(report.timeUnit));
   for (std::size_t i = 0; i < report.samples.size(); ++i) {
-    if (!several) csv += rowOf(report.samples[i], "", units);
+    if (!several) csv += rowOf(report.samples[i], report.walls[i], "", units);
     for (const BodyMeasures& body : report.bodies) {
-      csv += rowOf(body.samples[i], "," + csvField(body.name), units);
+      csv += rowOf(body.samples[i], body.walls[i], "," + csvField(body.name), units);
     }
   }
   return csv;
@@ -84,10 +176,10 @@ std::string jsonOf(const MeasureReport& report) {
                         {"samples", ordered_json::array()}};
   for (std::size_t i = 0; i < report.samples.size(); ++i) {
     ordered_json sample = {{"time", report.samples[i].time}};
-    sample.update(jsonOf(report.samples[i]));
+    sample.update(jsonOf(report.samples[i], report.walls[i]));
     for (const BodyMeasures& body : report.bodies) {
       ordered_json one = {{"name", body.name}};
-      one.update(jsonOf(body.samples[i]));
+      one.update(jsonOf(body.samples[i], body.walls[i]));
       sample["bodies"].push_back(std::move(one));
     }
     value["samples"].push_back(std::move(sample));
