@@ -154,7 +154,7 @@ function saveScripts(page, to) {
   }
 }
 
-for (const page of ['docs/tutorials/scientists.md', 'docs/tutorials/artists.md',
+for (const page of ['docs/tutorials/scientists.md', 'docs/tutorials/cells.md', 'docs/tutorials/artists.md',
   'docs/tutorials/machining.md', 'docs/tutorials/robots.md', 'docs/tutorials/many-machines.md']) {
   test(`examples of ${page}`, async (t) => {
     const place = path.join(makeFolder(path.basename(page, '.md')), 'fixtures');
