@@ -34,7 +34,9 @@ def _edges(found: "Tracks", track: NDArray[np.int64]) -> NDArray[np.uint64]:
     last = {int(one): i for i, one in enumerate(track)}
     links = [(last[one], first[into]) for into, of in found.parents().items() for one in of]
     inner = np.column_stack([same, same + 1]).reshape(-1, 2)
-    return np.concatenate([inner, np.array(links, dtype=np.int64).reshape(-1, 2)]).astype(np.uint64)
+    outer = np.array(links, dtype=np.int64).reshape(-1, 2)
+    edges: NDArray[np.uint64] = np.concatenate([inner, outer]).astype(np.uint64)
+    return edges
 
 
 def _tracklets(edges: NDArray[np.uint64], count: int) -> NDArray[np.int64]:
@@ -42,10 +44,11 @@ def _tracklets(edges: NDArray[np.uint64], count: int) -> NDArray[np.int64]:
     the other alone, as where something in between is left out."""
     into, out = (np.bincount(edges[:, side].astype(np.int64), minlength=count) for side in (1, 0))
     paths = np.arange(count)
-    for a, b in sorted(edges.tolist(), key=lambda edge: edge[1]):  # no edge goes back to a lower number
+    for a, b in edges[np.argsort(edges[:, 1], kind="stable")].tolist():  # no edge goes back to a lower number
         if out[a] == 1 and into[b] == 1:
             paths[b] = paths[a]
-    return np.unique(paths, return_inverse=True)[1].reshape(-1).astype(np.int64)
+    numbers: NDArray[np.int64] = np.unique(paths, return_inverse=True)[1].reshape(-1).astype(np.int64)
+    return numbers
 
 
 def _properties(found: "Tracks") -> Tuple[Dict[str, NDArray[Any]], Dict[str, NDArray[np.bool_]]]:
@@ -62,7 +65,7 @@ def _properties(found: "Tracks") -> Tuple[Dict[str, NDArray[Any]], Dict[str, NDA
 def _metadata(found: "Tracks", values: Dict[str, NDArray[Any]]) -> Dict[str, Any]:
     axes: List[Dict[str, Any]] = []
     for name in "tzyx":
-        axis = {"name": name, "type": "time" if name == "t" else "space"}
+        axis: Dict[str, Any] = {"name": name, "type": "time" if name == "t" else "space"}
         unit = unit_named(found.time_unit if name == "t" else found.length_unit)
         if unit:
             axis["unit"] = _UNITS.get(unit, unit)
@@ -96,7 +99,8 @@ def save(found: "Tracks", path: str) -> None:
         raise FileError(error.strerror or str(error), path) from error
     try:
         root = zarr.open_group(folder, mode="w", zarr_format=2)
-        arrays = {"nodes/ids": np.arange(len(values["track"]), dtype=np.uint64), "edges/ids": edges}
+        ids = np.arange(len(values["track"]), dtype=np.uint64)
+        arrays: Dict[str, NDArray[Any]] = {"nodes/ids": ids, "edges/ids": edges}
         arrays.update({f"nodes/props/{name}/values": column for name, column in values.items()})
         arrays.update({f"nodes/props/{name}/missing": column for name, column in missing.items()})
         root.require_group("edges/props")
