@@ -13,6 +13,8 @@
 namespace t4d::tools {
 namespace {
 
+constexpr std::uint64_t kMostTracks = 0xFFFFFFFF;
+
 struct FilterArguments {
   std::string input;
   InputOptions only;
@@ -35,6 +37,9 @@ void printReport(const verbs::FilterReport& filtered, const std::string& output)
 int run(FilterArguments& options) {
   const std::string& output = options.filter.output;
   if (const auto misuse = options.window.misuse()) return wrongUsage(*misuse);
+  if (options.filter.track && (!options.window.isWhole())) {
+    return wrongUsage("--track excludes --from and --to: a track has its own time");
+  }
   const auto input = verbs::openInput(options.input, options.only);
   if (!input) return report(input.error());
   options.filter.window = options.window;
@@ -59,18 +64,24 @@ int run(FilterArguments& options) {
 
 void addFilter(CLI::App& app, int& exitCode) {
   auto* command =
-      app.add_subcommand("filter", "Keep some bodies of a 4D mesh, or part of its time");
+      app.add_subcommand("filter", "Keep some bodies of a 4D mesh, part of its time, or a track");
   auto options = std::make_shared<FilterArguments>();
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
   options->only.addTo(*command);
   options->window.addTo(*command);
+  command
+      ->add_option("--track", options->filter.track,
+                   "Keep this track alone, by its id (t4d track), closed where it begins and ends")
+      ->check(CLI::Range(std::uint64_t{1}, kMostTracks))
+      ->type_name("ID");
   addT4dOutputOption(*command, options->filter.output);
   addCompressionOption(*command, options->filter.compression);
   command->add_flag("--json", options->json, "Print the result as JSON");
   command->footer(
-      "Example:\n"
+      "Examples:\n"
       "  t4d filter bolt.t4d --from 2 --to 3 -o middle.t4d\n"
-      "  t4d filter mechanism.t4d --body screw --body nut -o two.t4d");
+      "  t4d filter mechanism.t4d --body screw --body nut -o two.t4d\n"
+      "  t4d filter cells.t4d --track 7 -o seven.t4d");
   command->callback([=, &exitCode] { exitCode = run(*options); });
 }
 

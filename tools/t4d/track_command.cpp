@@ -14,9 +14,11 @@
 #include "tools/t4d/input_options.h"
 #include "tools/t4d/lineage_picture.h"
 #include "tools/t4d/option_checks.h"
+#include "tools/t4d/part_option.h"
 #include "tools/t4d/table_output.h"
 #include "tools/verbs/frame_times.h"
 #include "tools/verbs/track.h"
+#include "tools/verbs/track_parts.h"
 
 namespace t4d::tools {
 namespace {
@@ -35,6 +37,8 @@ struct TrackArguments {
   std::string events;
   std::string samples;
   CtcOption ctc;
+  std::string contacts;
+  PartOption part;
   bool json = false;
 };
 
@@ -85,11 +89,37 @@ void printTables(const verbs::TrackReport& report) {
   if (rows.size() > 1) printTable(rows, several ? "rlllll" : "rllll");
 }
 
+bool needsContacts(const TrackArguments& options) {
+  const auto isJson = [](const std::string& path) {
+    return formats::lowerCaseExtension(path) == ".json";
+  };
+  return options.json || !options.contacts.empty() || std::ranges::any_of(options.outputs, isJson);
+}
+
+/// Tracks in a part of the slabs, for `t4d join`.
+int runPart(const TrackArguments& options, const measure::TrackOptions& tracking,
+            const verbs::Input& input) {
+  ConsoleObserver observer;
+  auto part = verbs::trackPart(input, tracking, options.part.chosen(), observer);
+  if (!part) return report(part.error());
+  if (auto added = addContacts(input, tracking, part->report, observer, options.part.chosen());
+      !added) {
+    return report(added.error());
+  }
+  const auto identity = [&] { return identityOf(input, tracking.times.size()); };
+  tools::printText(options.part.inReport(jsonOf(part->report), identity, stateOf(*part, tracking)) +
+                   "\n");
+  return kDone;
+}
+
 int run(const TrackArguments& options) {
   if (const std::string misuse = options.ctc.misuse(); !misuse.empty()) return wrongUsage(misuse);
   std::vector<std::string> outputs = options.outputs;
-  for (const std::string& output : {options.events, options.samples}) {
+  for (const std::string& output : {options.events, options.samples, options.contacts}) {
     if (!output.empty()) outputs.push_back(output);
+  }
+  if (options.part.isGiven() && (!options.json || !outputs.empty())) {
+    return wrongUsage("--part needs --json, and no file: what parts found is joined first");
   }
   const auto input = verbs::openInput(options.input, options.only);
   if (!input) return report(input.error());
@@ -101,9 +131,16 @@ int run(const TrackArguments& options) {
     tracking.layers = false;
   }
   if (auto good = checkOutputs(outputs); !good) return report(good.error());
+  if (const auto done = options.part.settle(verbs::mostParts(*input), "slabs")) return *done;
+  if (options.part.isGiven()) return runPart(options, tracking, *input);
   ConsoleObserver observer;
-  const auto tracked = verbs::track(*input, tracking, observer);
+  auto tracked = verbs::track(*input, tracking, observer);
   if (!tracked) return report(tracked.error());
+  if (needsContacts(options)) {
+    if (auto added = addContacts(*input, tracking, *tracked, observer); !added) {
+      return report(added.error());
+    }
+  }
   const auto write = [&](const std::string& path, const Result<std::string>& text) {
     return text.and_then(
         [&](const std::string& bytes) { return formats::writeOutputFile(path, bytes); });
@@ -120,6 +157,11 @@ int run(const TrackArguments& options) {
   }
   if (!options.samples.empty()) {
     if (auto written = write(options.samples, samplesCsv(*tracked)); !written) {
+      return report(written.error());
+    }
+  }
+  if (!options.contacts.empty()) {
+    if (auto written = write(options.contacts, contactsCsv(*tracked)); !written) {
       return report(written.error());
     }
   }
@@ -197,6 +239,13 @@ void addTrack(CLI::App& app, int& exitCode) {
       ->check(outputFile({".csv"}))
       ->type_name("FILE");
   options->ctc.addTo(*command)->excludes(surfaces);
+  command
+      ->add_option("--contacts", options->contacts,
+                   "Write a row for each contact between bodies and time (.csv)")
+      ->check(outputFile({".csv"}))
+      ->type_name("FILE");
+  options->part.addTo(*command,
+                      "Track only in part K of N of the slabs; `t4d join` joins the reports");
   command->add_flag("--json", options->json, "Print JSON");
   command->footer("Example:\n  t4d track cells.t4d -o lineage.svg --events events.csv");
   command->callback([=, &exitCode] { exitCode = run(*options); });

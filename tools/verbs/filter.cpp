@@ -4,8 +4,10 @@
 #include <nlohmann/json.hpp>
 
 #include "edit/clip_time.h"
-#include "platform/stopwatch.h"
+#include "edit/cut_track.h"
 #include "t4d/file.h"
+#include "measure/tracks.h"
+#include "platform/stopwatch.h"
 #include "tools/verbs/json_text.h"
 
 namespace t4d::verbs {
@@ -33,10 +35,50 @@ Result<void> filterBodies(const Input& input, formats::T4dWriter& writer, Filter
     report.slabsCut += clip->cutSlabs;
     report.cells += clip->cells;
     for (const edit::RunEnd& end : clip->caps) {
-      report.caps.push_back({name, end.time, end.triangles});
+      report.caps.push_back({name, end.time, end.triangles, end.cells});
     }
   }
   report.cells += report.capCells();
+  return {};
+}
+
+/// A track by its number in a body.
+struct TrackOfBody {
+  std::size_t body = 0;
+  std::uint32_t track = 0;
+};
+
+/// Finds the body of a track. Ids go on from body to body.
+Result<TrackOfBody> bodyOfTrack(const Input& input, std::uint64_t id, Observer& observer) {
+  if (input.bodies.size() == 1) return TrackOfBody{0, static_cast<std::uint32_t>(id - 1)};
+  const auto stage = observer.stage("tracking", slabCountOf(input.bodies), "slabs");
+  std::uint64_t before = 0;
+  for (std::size_t b = 0; b < input.bodies.size(); ++b) {
+    const model::Source& source = *input.bodies[b].source;
+    const auto tracks =
+        measure::tracksOf(source, {.times = {}, .layers = false}, stage->part(source.slabCount()));
+    if (!tracks) return tracks.error();
+    if (id <= before + tracks->tracks.size()) {
+      return TrackOfBody{b, static_cast<std::uint32_t>(id - before - 1)};
+    }
+    before += tracks->tracks.size();
+  }
+  return invalid(fmt::format("has no track {}; it has {}", id, before));
+}
+
+Result<void> filterTrack(const Input& input, std::uint32_t track, formats::T4dWriter& writer,
+                         FilterReport& report, Observer& observer) {
+  const auto& [name, source] = input.bodies.front();
+  const auto stage = observer.stage("filtering", source->slabCount(), "slabs");
+  const auto cut = edit::cutTrack(*source, track, writer.body(0), stage->part(source->slabCount()));
+  if (!cut) return cut.error();
+  report.span = cut->span;
+  report.slabs = cut->slabs;
+  report.slabsCut = cut->cutSlabs;
+  for (const edit::RunEnd& end : cut->caps) {
+    report.caps.push_back({name, end.time, end.triangles, end.cells});
+  }
+  report.cells = cut->cells + report.capCells();
   return {};
 }
 
@@ -44,23 +86,33 @@ Result<void> filterBodies(const Input& input, formats::T4dWriter& writer, Filter
 
 std::uint64_t FilterReport::capCells() const {
   std::uint64_t sum = 0;
-  for (const FilterCap& cap : caps) sum += cap.triangles;
+  for (const FilterCap& cap : caps) sum += cap.cells;
   return sum;
 }
 
 Result<FilterReport> filter(const Input& input, const FilterOptions& options, Observer& observer) {
   const platform::Stopwatch stopwatch;
-  const auto span = options.window.spanIn(input);
-  if (!span) return span.error();
   FilterReport report;
-  report.span = *span;
   Input kept = input;
-  keepThoseWithin(*span, kept, report.notices);
+  std::uint32_t track = 0;
+  if (options.track) {
+    const auto found = bodyOfTrack(input, *options.track, observer);
+    if (!found) return inInput(found.error(), input);
+    track = found->track;
+    kept.bodies = {input.bodies[found->body]};
+  } else {
+    const auto span = options.window.spanIn(input);
+    if (!span) return span.error();
+    report.span = *span;
+    keepThoseWithin(*span, kept, report.notices);
+  }
   report.bodies = kept.bodies.size();
   auto writer = formats::T4dWriter::create(options.output, metadataOf(kept, options.generator),
                                            {.compression = options.compression});
   if (!writer) return writer.error();
-  if (auto done = filterBodies(kept, *writer, report, observer); !done) return done.error();
+  const auto done = options.track ? filterTrack(kept, track, *writer, report, observer)
+                                  : filterBodies(kept, *writer, report, observer);
+  if (!done) return inInput(done.error(), input);
   const auto bytes = finishEdited(*writer, kept);
   if (!bytes) return bytes.error();
   report.bytes = *bytes;

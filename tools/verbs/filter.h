@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,9 @@ namespace t4d::verbs {
 
 struct FilterOptions {
   TimeWindow window = {};
+  /// Keeps this track alone through its life, by its id (verbs::track, nothing left out), instead
+  /// of a time window.
+  std::optional<std::uint64_t> track = {};
   std::string output = {};     ///< the .t4d to write
   int compression = 3;         ///< as formats::T4dWriteOptions::compression
   std::string generator = {};  ///< program and version, for the metadata
@@ -22,6 +26,7 @@ struct FilterCap {
   std::string body;
   double time = 0;
   std::uint64_t triangles = 0;
+  std::uint64_t cells = 0;
 };
 
 struct FilterReport {
@@ -39,8 +44,9 @@ struct FilterReport {
   std::uint64_t capCells() const;
 };
 
-/// Writes the part of the bodies that is within the time window (edit::clipTime). Fails with
-/// Remedy::OtherBodies if a body exists then but has no cell.
+/// Writes the part of the bodies that is within the time window (edit::clipTime), or a track of one
+/// of them (edit::cutTrack). Fails with Remedy::OtherBodies if a body exists then but has no cell,
+/// and if there is no such track.
 Result<FilterReport> filter(const Input& input, const FilterOptions& options,
                             Observer& observer = nobody());
 

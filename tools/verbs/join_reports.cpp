@@ -12,6 +12,7 @@
 #include "tools/verbs/json_text.h"
 #include "tools/verbs/part_report.h"
 #include "tools/verbs/quality_parts.h"
+#include "tools/verbs/track_parts.h"
 #include "tools/verbs/validate_parts.h"
 
 namespace t4d::verbs {
@@ -238,6 +239,11 @@ Result<JoinedReport> joined(const std::string& verb, const std::vector<ordered_j
   if (verb == "quality") {
     const std::uint64_t worst = reports.front().at("part").at("input").at("worst");
     return JoinedReport{verb, jsonText(joinedQuality(reports, worst))};
+  }
+  if (verb == "track") {
+    const auto tracks = joinedTracking(reports);
+    if (!tracks) return tracks.error();
+    return JoinedReport{verb, jsonOf(*tracks)};
   }
   const auto rules = rulesOfVerbs().find(verb);
   if (rules != rulesOfVerbs().end()) {

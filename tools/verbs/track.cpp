@@ -21,6 +21,7 @@ using measure::Tracks;
 using nlohmann::ordered_json;
 
 constexpr std::string_view kMesh = "mesh";
+constexpr std::string_view kPartOfMesh = "part";
 
 std::string_view kindOf(const Track& track) { return track.cavity ? "cavity" : "solid"; }
 
@@ -79,19 +80,21 @@ std::string idText(const BodyTracks& body, const std::vector<std::uint32_t>& tra
 
 std::string_view beginOf(const Tracks& tracks, const Track& track) {
   if (track.beginsWithMesh) return kMesh;
+  if (track.beginsBefore) return kPartOfMesh;
   if (track.from.empty()) return nameOf(TrackEventKind::Appears);
   return nameOf(measure::trackKindOf(track.from.size(), tracks.tracks[track.from[0]].into.size()));
 }
 
 std::string_view endOf(const Tracks& tracks, const Track& track) {
   if (track.endsWithMesh) return kMesh;
+  if (track.endsAfter) return kPartOfMesh;
   if (track.into.empty()) return nameOf(TrackEventKind::Vanishes);
   return nameOf(measure::trackKindOf(tracks.tracks[track.into[0]].from.size(), track.into.size()));
 }
 
 Result<TrackReport> track(const Input& input, const measure::TrackOptions& options,
                           Observer& observer) {
-  TrackReport report{{}, input.metadata.lengthUnit, input.metadata.timeUnit};
+  TrackReport report{{}, {}, input.metadata.lengthUnit, input.metadata.timeUnit};
   // A body need not exist at all times, but some body must.
   const model::TimeSpan span = model::timeSpanOf(input.bodies);
   for (const double time : options.times) {
@@ -114,6 +117,16 @@ Result<TrackReport> track(const Input& input, const measure::TrackOptions& optio
     next += count;
   }
   return report;
+}
+
+Result<void> addContacts(const Input& input, const measure::TrackOptions& options,
+                         TrackReport& report, Observer& observer, const model::Part& part) {
+  const model::PartRange spans = part.of(measure::contactSpanCount(input.bodies));
+  const auto stage = observer.stage("finding contacts", spans.size(), "slabs");
+  auto contacts = measure::contactsOf(input.bodies, options, spans, stage->callback());
+  if (!contacts) return inInput(contacts.error(), input);
+  report.contacts = std::move(*contacts);
+  return {};
 }
 
 std::string tracksCsv(const TrackReport& report) {
@@ -159,6 +172,22 @@ std::string samplesCsv(const TrackReport& report) {
              units;
     }
   });
+  return csv;
+}
+
+std::string contactsCsv(const TrackReport& report) {
+  std::string csv = "contact,body,other,begin,end,largest_area,time,area,length_unit,time_unit\n";
+  const std::string units = unitsOf(report);
+  for (std::size_t i = 0; i < report.contacts.size(); ++i) {
+    const measure::BodyContact& one = report.contacts[i];
+    const std::string row =
+        fmt::format("{},{},{},{},{},{}", i + 1, csvField(report.bodies[one.body].name),
+                    csvField(report.bodies[one.other].name), one.begin, one.end, one.largestArea);
+    if (one.samples.empty()) csv += row + ",," + units;
+    for (const measure::ContactSample& sample : one.samples) {
+      csv += fmt::format("{},{},{}", row, sample.time, sample.area) + units;
+    }
+  }
   return csv;
 }
 
@@ -253,10 +282,23 @@ std::string jsonOf(const TrackReport& report) {
                         {"euler", event.euler}});
     }
   }
+  ordered_json contacts = ordered_json::array();
+  for (const measure::BodyContact& one : report.contacts) {
+    ordered_json samples = ordered_json::array();
+    for (const auto& [time, area] : one.samples)
+      samples.push_back({{"time", time}, {"area", area}});
+    contacts.push_back({{"body", report.bodies[one.body].name},
+                        {"other", report.bodies[one.other].name},
+                        {"begin", one.begin},
+                        {"end", one.end},
+                        {"largest_area", one.largestArea},
+                        {"samples", std::move(samples)}});
+  }
   return jsonText({{"length_unit", report.lengthUnit},
                    {"time_unit", report.timeUnit},
                    {"tracks", std::move(tracks)},
                    {"events", std::move(events)},
+                   {"contacts", std::move(contacts)},
                    {"pruned_tracks", report.prunedTracks},
                    {"pruned_events", report.prunedEvents}});
 }

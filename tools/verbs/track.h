@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "measure/body_contacts.h"
 #include "measure/tracks.h"
 #include "tools/verbs/input.h"
 #include "tools/verbs/observer.h"
@@ -20,7 +21,8 @@ struct BodyTracks {
 
 struct TrackReport {
   std::vector<BodyTracks> bodies;
-  std::string lengthUnit;  ///< "" if unknown
+  std::vector<measure::BodyContact> contacts = {};  ///< if asked for (addContacts)
+  std::string lengthUnit;                           ///< "" if unknown
   std::string timeUnit;
   std::uint64_t prunedTracks = 0;  ///< of all bodies
   std::uint64_t prunedEvents = 0;
@@ -30,6 +32,12 @@ struct TrackReport {
 Result<TrackReport> track(const Input& input, const measure::TrackOptions& options = {},
                           Observer& observer = nobody());
 
+/// Adds the contacts between bodies (measure::contactsOf), at the times of samples; or those in
+/// part of the spans.
+Result<void> addContacts(const Input& input, const measure::TrackOptions& options,
+                         TrackReport& report, Observer& observer = nobody(),
+                         const model::Part& part = {});
+
 /// The name of a kind of event: appears, vanishes, splits, merges, rearranges, hole-opens,
 /// hole-closes, cavity-appears, cavity-vanishes, cavity-opens, cavity-closes, cavities-split or
 /// cavities-merge.
@@ -38,7 +46,8 @@ std::string_view nameOf(measure::TrackEventKind kind);
 /// The ids of tracks of a body, with blanks between them.
 std::string idText(const BodyTracks& body, const std::vector<std::uint32_t>& tracks);
 
-/// How a track begins: mesh, or the name of an event of tracks. How it ends, alike.
+/// How a track begins: mesh, the name of an event of tracks, or, in a part of a mesh, part. How it
+/// ends, alike.
 std::string_view beginOf(const measure::Tracks& tracks, const measure::Track& track);
 std::string_view endOf(const measure::Tracks& tracks, const measure::Track& track);
 
@@ -51,6 +60,11 @@ std::string eventsCsv(const TrackReport& report);
 /// A row for each track at each time: track,body,time,volume,area,cx,cy,cz,speed,genus,cavities,
 /// min_x,min_y,min_z,max_x,max_y,max_z,length_unit,time_unit.
 std::string samplesCsv(const TrackReport& report);
+
+/// A row for each contact at each time, or one without time and area:
+/// contact,body,other,begin,end,largest_area,time,area,length_unit,time_unit. Contacts are numbered
+/// from 1.
+std::string contactsCsv(const TrackReport& report);
 
 /// A directed graph with a node for each track and an edge from each to those that it goes into.
 std::string graphMl(const TrackReport& report);
