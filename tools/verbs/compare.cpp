@@ -11,9 +11,9 @@
 
 #include "formats/t4d/url.h"
 #include "model/converted_source.h"
+#include "model/in_order.h"
 #include "t4d/check.h"
 #include "t4d/mesh.h"
-#include "model/in_order.h"
 #include "tools/verbs/input.h"
 #include "tools/verbs/origin.h"
 

@@ -5,9 +5,9 @@
 
 #include "edit/clip_time.h"
 #include "edit/cut_track.h"
-#include "t4d/file.h"
 #include "measure/tracks.h"
 #include "platform/stopwatch.h"
+#include "t4d/file.h"
 #include "tools/verbs/json_text.h"
 
 namespace t4d::verbs {

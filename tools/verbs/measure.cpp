@@ -5,8 +5,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/mesh.h"
 #include "model/in_order.h"
+#include "t4d/mesh.h"
 #include "tools/verbs/csv_field.h"
 #include "tools/verbs/json_text.h"
 #include "tools/verbs/wall.h"
