@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 #include <optional>
+#include <span>
 #include <sstream>
 #include <string_view>
 #include <utility>
@@ -25,6 +26,7 @@
 #include <unistd.h>
 
 #include "platform/cleanup.h"
+#include "platform/descriptor.h"
 
 namespace t4d::platform {
 namespace {
@@ -34,23 +36,6 @@ using Clock = std::chrono::steady_clock;
 
 /// Longest wait between two looks at RunOptions::stop.
 constexpr int kLookMilliseconds = 100;
-
-class Descriptor {
- public:
-  explicit Descriptor(int number = -1) : number_(number) {}
-  ~Descriptor() { reset(); }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-
-  int get() const { return number_; }
-  void reset(int number = -1) {
-    if (number_ >= 0) close(number_);
-    number_ = number;
-  }
-
- private:
-  int number_;
-};
 
 Error cannot(const std::string& what, int reason) {
   return fail(ErrorCode::Failed, fmt::format("cannot {}: {}", what, std::strerror(reason)));
@@ -64,25 +49,27 @@ class Stream {
   Result<void> open() {
     std::array<int, 2> ends{};
     if (pipe2(ends.data(), O_CLOEXEC) != 0) return cannot("make a pipe", errno);
-    ours_.reset(ends[0]);
-    theirs_.reset(ends[1]);
-    if (fcntl(ours_.get(), F_SETFL, O_NONBLOCK) != 0) return cannot("set up a pipe", errno);
+    ours_ = Descriptor(ends[0]);
+    theirs_ = Descriptor(ends[1]);
+    if (fcntl(ours_.number(), F_SETFL, O_NONBLOCK) != 0) return cannot("set up a pipe", errno);
     return {};
   }
-  int ours() const { return ours_.get(); }
-  int theirs() const { return theirs_.get(); }
-  void closeTheirs() { theirs_.reset(); }
+  int ours() const { return ours_.number(); }
+  int theirs() const { return theirs_.number(); }
+  void closeTheirs() { theirs_.close(); }
 
   /// Takes what is there, up to more than a pipe can hold: a program may write faster than we read.
   /// Closes our end where no more can come.
   void drain() {
     constexpr int kReads = 32;
     std::array<char, 65536> buffer;
-    for (int reads = 0; reads < kReads && ours_.get() >= 0; ++reads) {
-      const ssize_t size = read(ours_.get(), buffer.data(), buffer.size());
-      if (size < 0 && errno == EINTR) continue;
+    for (int reads = 0; reads < kReads && ours_; ++reads) {
+      const auto size = ours_.read(std::as_writable_bytes(std::span(buffer)));
       if (size < 0 && errno == EAGAIN) return;
-      if (size <= 0) return ours_.reset();
+      if (size <= 0) {
+        ours_.close();
+        return;
+      }
       const std::size_t room = most_ - std::min(most_, text_.size());
       text_.append(buffer.data(), std::min(static_cast<std::size_t>(size), room));
     }
@@ -94,6 +81,15 @@ class Stream {
   std::string& text_;
   std::size_t most_;
 };
+
+/// As the system takes them: pointers into `words`, and a null.
+std::vector<char*> argumentsOf(std::vector<std::string>& words) {
+  std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  return arguments;
+}
 
 /// How a process is started: its streams, a group of its own, no signal blocked or ignored, and
 /// no other descriptor of ours open.
@@ -129,11 +125,7 @@ class Spawning {
 
   /// 0, or why not.
   int start(std::vector<std::string> words, pid_t& child) const {
-    std::vector<char*> arguments;
-    arguments.reserve(words.size() + 1);
-    for (std::string& word : words) arguments.push_back(word.data());
-    arguments.push_back(nullptr);
-    return posix_spawn(&child, words[0].c_str(), &actions_, &attributes_, arguments.data(),
+    return posix_spawn(&child, words[0].c_str(), &actions_, &attributes_, argumentsOf(words).data(),
                        environ);
   }
 
@@ -327,11 +319,11 @@ Result<ChildProcess> ChildProcess::start(const std::vector<std::string>& words,
   if (options.pipeInput) {
     std::array<int, 2> ends{};
     if (pipe2(ends.data(), O_CLOEXEC) != 0) return cannot("make a pipe", errno);
-    theirInput.reset(ends[0]);
-    state->input.reset(ends[1]);
+    theirInput = Descriptor(ends[0]);
+    state->input = Descriptor(ends[1]);
     if (fcntl(ends[1], F_SETFL, O_NONBLOCK) != 0) return cannot("set up a pipe", errno);
   }
-  const Spawning spawning(theirInput.get(), state->output.theirs(), state->message.theirs());
+  const Spawning spawning(theirInput.number(), state->output.theirs(), state->message.theirs());
   state->begun = Clock::now();
   {
     const HeldCleanup held;
@@ -344,23 +336,19 @@ Result<ChildProcess> ChildProcess::start(const std::vector<std::string>& words,
   }
   state->output.closeTheirs();
   state->message.closeTheirs();
-  state->process.reset(static_cast<int>(syscall(SYS_pidfd_open, state->child, 0)));
-  if (state->process.get() < 0) return cannot("watch a process", errno);
+  state->process = Descriptor(static_cast<int>(syscall(SYS_pidfd_open, state->child, 0)));
+  if (!state->process) return cannot("watch a process", errno);
   return ChildProcess(std::move(state));
 }
 
 std::string& ChildProcess::output() { return state_->run.output; }
 std::string& ChildProcess::message() { return state_->run.message; }
 bool ChildProcess::outputClosed() const { return state_->output.ours() < 0; }
-pid_t ChildProcess::pid() const { return state_->child; }
+int ChildProcess::pid() const { return state_->child; }
 
 bool ChildProcess::send(const std::string& text) {
   const WithoutSigpipe quiet;
-  ssize_t size = 0;
-  do {
-    size = write(state_->input.get(), text.data(), text.size());
-  } while (size < 0 && errno == EINTR);
-  return size == static_cast<ssize_t>(text.size());
+  return state_->input.write(text);
 }
 
 TimeLimit TimeLimit::ofProcessor(double seconds) {
@@ -376,7 +364,7 @@ ChildProcess::Wait ChildProcess::wait(const TimeLimit& limit, const std::atomic<
   const bool counts = std::isfinite(limit.processorSeconds);
   const double before = counts ? processorSecondsOf(state_->child) : 0;
   while (true) {
-    std::array<pollfd, 3> waiting = {pollfd{state_->process.get(), POLLIN, 0},
+    std::array<pollfd, 3> waiting = {pollfd{state_->process.number(), POLLIN, 0},
                                      {state_->output.ours(), POLLIN, 0},
                                      {state_->message.ours(), POLLIN, 0}};
     const double passed = std::chrono::duration<double>(Clock::now() - begun).count();
@@ -431,6 +419,21 @@ Result<ProgramRun> runSelf(const std::vector<std::string>& arguments) {
                     arguments.front(), run->code, run->code == SIGKILL ? " (out of memory?)" : ""));
   }
   return run;
+}
+
+void startDetached(std::vector<std::string> words) {
+  posix_spawn_file_actions_t files;
+  posix_spawn_file_actions_init(&files);
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    posix_spawn_file_actions_addopen(&files, stream, "/dev/null", O_RDWR, 0);
+  }
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSID);
+  pid_t pid = 0;
+  posix_spawnp(&pid, words[0].c_str(), &files, &attributes, argumentsOf(words).data(), environ);
+  posix_spawnattr_destroy(&attributes);
+  posix_spawn_file_actions_destroy(&files);
 }
 
 }  // namespace t4d::platform

@@ -8,8 +8,6 @@
 #include <string>
 #include <vector>
 
-#include <sys/types.h>
-
 #include "t4d/error.h"
 
 /// Runs other programs, and reports how they ended, whatever they do.
@@ -70,6 +68,10 @@ Result<ProgramRun> runProgram(const std::vector<std::string>& words,
 /// started, or if a signal ended it.
 Result<ProgramRun> runSelf(const std::vector<std::string>& arguments);
 
+/// Starts a program, looked up in PATH, that goes on when this one ends. It has no streams, and
+/// nothing tells whether it could be started.
+void startDetached(std::vector<std::string> words);
+
 /// A program that runs while this one communicates with it or watches it. Most callers only need
 /// runProgram.
 class ChildProcess {
@@ -92,7 +94,7 @@ class ChildProcess {
   std::string& output();
   std::string& message();
   bool outputClosed() const;
-  pid_t pid() const;
+  int pid() const;
 
   /// Writes to its standard input. False if it does not take the whole text at once, because it has
   /// closed its standard input, has ended, or has not read earlier text.

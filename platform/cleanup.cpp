@@ -10,7 +10,6 @@
 #include <string>
 #include <utility>
 
-#include <dirent.h>
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/syscall.h>
@@ -49,6 +48,9 @@ static_assert(std::atomic<Entry*>::is_always_lock_free && std::atomic<State>::is
 constexpr int kLookMilliseconds = 5;
 /// What a process has to end itself, or a thread to make and register something.
 constexpr int kPatienceMilliseconds = 1000;
+
+/// Of a HeldCleanup: the signals that its thread blocked before.
+thread_local sigset_t blockedBefore{};
 
 bool change(Entry& entry, State from, State to) {
   return entry.state.compare_exchange_strong(from, to);
@@ -162,7 +164,7 @@ void remove(const Entry& entry) {
 HeldCleanup::HeldCleanup() {
   sigset_t all;
   sigfillset(&all);
-  pthread_sigmask(SIG_BLOCK, &all, &before_);
+  pthread_sigmask(SIG_BLOCK, &all, &blockedBefore);
   while (true) {
     ++holders;
     if (!cleaning) return;
@@ -173,7 +175,7 @@ HeldCleanup::HeldCleanup() {
 
 HeldCleanup::~HeldCleanup() {
   --holders;
-  pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+  pthread_sigmask(SIG_SETMASK, &blockedBefore, nullptr);
 }
 
 Cleanup Cleanup::file(const std::filesystem::path& path) {
@@ -188,7 +190,7 @@ Cleanup Cleanup::emptyFolder(const std::filesystem::path& path) {
   return Cleanup(addEntry(Kind::EmptyFolder, path.string()));
 }
 
-Cleanup Cleanup::process(const HeldCleanup& /*held*/, pid_t number) {
+Cleanup Cleanup::process(const HeldCleanup& /*held*/, int number) {
   return Cleanup(addEntry(Kind::Process, {}, number));
 }
 

@@ -1,23 +1,18 @@
 #pragma once
 
-#include <csignal>
 #include <filesystem>
-
-#include <sys/types.h>
 
 namespace t4d::platform {
 
 /// To be held from before something is made until it is registered, so that cleanUp misses none:
-/// cleanUp in another thread waits for it, and this thread receives no signals meanwhile.
+/// cleanUp in another thread waits for it, and this thread receives no signals meanwhile. One at a
+/// time in each thread.
 class HeldCleanup {
  public:
   HeldCleanup();
   ~HeldCleanup();
   HeldCleanup(const HeldCleanup&) = delete;
   HeldCleanup& operator=(const HeldCleanup&) = delete;
-
- private:
-  sigset_t before_{};
 };
 
 /// Registers something that must not outlive this process. If a signal ends the process, no
@@ -35,7 +30,7 @@ class Cleanup {
   /// Registers a child process or, if the number is negative, the process group that a child leads.
   /// Release the registration before waiting for the child, since the number may then belong to
   /// another process.
-  static Cleanup process(const HeldCleanup& held, pid_t number);
+  static Cleanup process(const HeldCleanup& held, int number);
 
   Cleanup(Cleanup&& other) noexcept;
   Cleanup& operator=(Cleanup&& other) noexcept;

@@ -17,6 +17,7 @@
 #include <unistd.h>
 
 #include "platform/cleanup.h"
+#include "platform/descriptor.h"
 
 #ifdef T4D_ADDRESS_SANITIZER
 // Until LLVM 17 the sanitizer does not hold its allocator while a process forks: the child waits
@@ -62,17 +63,8 @@ void limit(int resource, std::uint64_t most) {
   setrlimit(static_cast<__rlimit_resource>(resource), &limits);
 }
 
-bool writeAll(int descriptor, const std::string& bytes) {
-  for (std::size_t at = 0; at < bytes.size();) {
-    const ssize_t written = write(descriptor, bytes.data() + at, bytes.size() - at);
-    if (written < 0 && errno != EINTR) return false;
-    at += static_cast<std::size_t>(std::max<ssize_t>(written, 0));
-  }
-  return true;
-}
-
 [[noreturn]] void workAsChild(const std::function<std::string()>& work, const WorkLimits& limits,
-                              pid_t parent, int result) {
+                              pid_t parent, const Descriptor& result) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(kThrew);  // it has ended already
   // The handlers of this process would clean up what belongs to the parent.
@@ -90,7 +82,7 @@ bool writeAll(int descriptor, const std::string& bytes) {
   const std::uint64_t used = addressSpaceBytes();
   if (used < kReserved) limit(RLIMIT_AS, used + limits.memoryBytes);
   try {
-    _exit(writeAll(result, work()) ? kReturned : kNotKept);
+    _exit(result.write(work()) ? kReturned : kNotKept);
   } catch (const std::bad_alloc&) {
     _exit(kOutOfMemory);
   } catch (...) {
@@ -98,17 +90,12 @@ bool writeAll(int descriptor, const std::string& bytes) {
   }
 }
 
-Result<std::string> readAll(int descriptor) {
+Result<std::string> readAll(const Descriptor& file) {
   struct stat status {};
-  if (fstat(descriptor, &status) != 0) return cannotIsolate("read the result of a process");
+  if (fstat(file.number(), &status) != 0) return cannotIsolate("read the result of a process");
   std::string bytes(static_cast<std::size_t>(status.st_size), '\0');
-  for (std::size_t at = 0; at < bytes.size();) {
-    const ssize_t size =
-        pread(descriptor, bytes.data() + at, bytes.size() - at, static_cast<off_t>(at));
-    if (size == 0 || (size < 0 && errno != EINTR)) {
-      return cannotIsolate("read the result of a process");
-    }
-    at += static_cast<std::size_t>(std::max<ssize_t>(size, 0));
+  if (file.readAt(0, std::as_writable_bytes(std::span(bytes))) != status.st_size) {
+    return cannotIsolate("read the result of a process");
   }
   return bytes;
 }
@@ -117,8 +104,8 @@ Result<std::string> readAll(int descriptor) {
 
 Result<IsolatedWork> runIsolated(const std::function<std::string()>& work,
                                  const WorkLimits& limits) {
-  const int result = memfd_create("t4d", MFD_CLOEXEC);
-  if (result < 0) return cannotIsolate("keep the result of a process");
+  const Descriptor result(memfd_create("t4d", MFD_CLOEXEC));
+  if (!result) return cannotIsolate("keep the result of a process");
   const pid_t parent = getpid();
   pid_t child = 0;
   Cleanup note;
@@ -128,11 +115,7 @@ Result<IsolatedWork> runIsolated(const std::function<std::string()>& work,
     if (child == 0) workAsChild(work, limits, parent, result);
     if (child > 0) note = Cleanup::process(held, child);
   }
-  if (child < 0) {
-    const auto failed = cannotIsolate("start a process");  // says why by errno
-    close(result);
-    return failed;
-  }
+  if (child < 0) return cannotIsolate("start a process");
   // Wait without reaping it, so that its number stays its own until the note is released.
   siginfo_t ended{};
   while (waitid(P_PID, static_cast<id_t>(child), &ended, WEXITED | WNOWAIT) != 0 &&
@@ -143,7 +126,6 @@ Result<IsolatedWork> runIsolated(const std::function<std::string()>& work,
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
   auto bytes = readAll(result);
-  close(result);
   if (!bytes) return bytes.error();
 
   IsolatedWork done;

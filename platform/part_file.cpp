@@ -52,10 +52,10 @@ bool sync(int descriptor) {
          errno == ENOSYS;
 }
 
-bool syncAndClose(int descriptor) {
-  const bool done = sync(descriptor);
+bool syncAndClose(Descriptor descriptor) {
+  const bool done = sync(descriptor.number());
   const int reason = errno;
-  const bool closed = ::close(descriptor) == 0;
+  const bool closed = descriptor.close();
   if (!done) errno = reason;
   return done && closed;
 }
@@ -63,9 +63,9 @@ bool syncAndClose(int descriptor) {
 /// Waits until the names in the folder of a file are on disk.
 Result<void> syncNames(const fs::path& file) {
   const fs::path folder = file.has_parent_path() ? file.parent_path() : ".";
-  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  Descriptor opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   // A folder may be writable and not readable.
-  if (descriptor < 0 || syncAndClose(descriptor)) return {};
+  if (!opened || syncAndClose(std::move(opened))) return {};
   return ioError(file, "sync the directory");
 }
 
@@ -78,24 +78,22 @@ fs::path partOf(const fs::path& target, int number) {
 
 /// Removes a part whose process has ended, and so its lock. The part may be what is recovered.
 void removeLeftover(const fs::path& part) {
-  const int descriptor = ::open(part.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
-  if (descriptor < 0) return;
+  const Descriptor file(::open(part.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
   struct stat opened {};
   struct stat named {};
-  if (::fstat(descriptor, &opened) == 0 && S_ISREG(opened.st_mode) && !isInput(opened) &&
-      ::flock(descriptor, LOCK_EX | LOCK_NB) == 0 && ::lstat(part.c_str(), &named) == 0 &&
+  if (::fstat(file.number(), &opened) == 0 && S_ISREG(opened.st_mode) && !isInput(opened) &&
+      ::flock(file.number(), LOCK_EX | LOCK_NB) == 0 && ::lstat(part.c_str(), &named) == 0 &&
       same(opened, named)) {
     ::unlink(part.c_str());
   }
-  ::close(descriptor);
 }
 
 /// Locks a new part. False if another process took it for a leftover meanwhile. There are file
 /// systems without locks, on which leftovers stay.
-bool lockPart(int descriptor) {
+bool lockPart(const Descriptor& part) {
   struct stat file {};
-  const bool taken = ::flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
-  return !taken && ::fstat(descriptor, &file) == 0 && file.st_nlink > 0;
+  const bool taken = ::flock(part.number(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  return !taken && ::fstat(part.number(), &file) == 0 && file.st_nlink > 0;
 }
 
 }  // namespace
@@ -108,8 +106,8 @@ Result<PartFile> PartFile::create(const fs::path& target) {
       return fail(ErrorCode::Failed, "is a terminal; send it to a file or a pipe",
                   file.target_.string());
     }
-    file.descriptor_ = ::fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
-    if (file.descriptor_ < 0) return ioError(file.target_, "open for writing");
+    file.descriptor_ = Descriptor(::fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, STDERR_FILENO + 1));
+    if (!file.descriptor_) return ioError(file.target_, "open for writing");
     return file;
   }
   file.target_ = target;
@@ -124,8 +122,8 @@ Result<PartFile> PartFile::create(const fs::path& target) {
                 target.string());
   }
   if (exists && !S_ISREG(there.st_mode)) {
-    file.descriptor_ = ::open(target.c_str(), O_WRONLY | O_CLOEXEC);
-    if (file.descriptor_ < 0) return ioError(target, "open for writing");
+    file.descriptor_ = Descriptor(::open(target.c_str(), O_WRONLY | O_CLOEXEC));
+    if (!file.descriptor_) return ioError(target, "open for writing");
     return file;
   }
   if (auto free = file.checkTarget(); !free) return free.error();
@@ -150,17 +148,13 @@ Result<void> PartFile::createPart() {
   for (int i = 1; i <= kMost; ++i) {
     const fs::path part = partOf(target_, i);
     const HeldCleanup held;
-    const int descriptor =
-        ::open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, kAnyoneByUmask);
-    if (descriptor < 0 && errno != EEXIST) break;
-    if (descriptor < 0) continue;
-    if (lockPart(descriptor)) {
-      part_ = part;
-      descriptor_ = descriptor;
-      note_ = Cleanup::file(part);
-      return {};
-    }
-    ::close(descriptor);
+    Descriptor made(::open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, kAnyoneByUmask));
+    if (!made && errno != EEXIST) break;
+    if (!made || !lockPart(made)) continue;
+    part_ = part;
+    descriptor_ = std::move(made);
+    note_ = Cleanup::file(part);
+    return {};
   }
   return ioError(target_, "open for writing");
 }
@@ -172,37 +166,24 @@ PartFile& PartFile::operator=(PartFile&& other) noexcept {
   remove();
   target_ = std::move(other.target_);
   part_ = std::exchange(other.part_, {});
-  descriptor_ = std::exchange(other.descriptor_, -1);
+  descriptor_ = std::move(other.descriptor_);
   note_ = std::move(other.note_);
   state_ = std::exchange(other.state_, State::Part);
   return *this;
 }
 
 Result<void> PartFile::write(std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) return ioError(target_, "write");
-    bytes.remove_prefix(static_cast<std::size_t>(written));
-  }
+  if (!descriptor_.write(bytes)) return ioError(target_, "write");
   return {};
 }
 
 Result<void> PartFile::rewrite(std::uint64_t offset, std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t written =
-        ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) return ioError(target_, "write");
-    offset += static_cast<std::uint64_t>(written);
-    bytes.remove_prefix(static_cast<std::size_t>(written));
-  }
+  if (!descriptor_.writeAt(offset, bytes)) return ioError(target_, "write");
   return {};
 }
 
 Result<void> PartFile::close() {
-  const int descriptor = std::exchange(descriptor_, -1);
-  if (descriptor < 0 || syncAndClose(descriptor)) return {};
+  if (!descriptor_ || syncAndClose(std::move(descriptor_))) return {};
   return ioError(target_, "write");
 }
 
@@ -244,7 +225,7 @@ Result<void> PartFile::putInPlace(std::span<PartFile> parts) {
     }
     if (auto free = part.checkTarget(); !free) return free;
     // It stays locked until it has its name.
-    if (part.descriptor_ >= 0 && !sync(part.descriptor_)) return ioError(part.target_, "write");
+    if (part.descriptor_ && !sync(part.descriptor_.number())) return ioError(part.target_, "write");
   }
   for (std::size_t i = 0; i < parts.size(); ++i) {
     if (parts[i].isDirect()) continue;
@@ -260,7 +241,7 @@ Result<void> PartFile::putInPlace(std::span<PartFile> parts) {
     if (part.state_ == State::Exchanged) ::unlink(part.part_.c_str());  // the old contents
     part.note_.release();
     part.part_.clear();
-    if (part.descriptor_ >= 0) ::close(std::exchange(part.descriptor_, -1));
+    part.descriptor_.close();
   }
   return target.empty() ? Result<void>() : syncNames(target);
 }
@@ -270,7 +251,7 @@ void PartFile::remove() noexcept {
   if (note_) ::unlink(part_.c_str());
   note_.release();
   part_.clear();
-  if (descriptor_ >= 0) ::close(std::exchange(descriptor_, -1));
+  descriptor_.close();
 }
 
 }  // namespace t4d::platform

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "platform/cleanup.h"
+#include "platform/descriptor.h"
 #include "t4d/error.h"
 
 namespace t4d::platform {
@@ -59,7 +60,7 @@ class PartFile {
 
   std::filesystem::path target_;
   std::filesystem::path part_;  // none if the target is written to directly
-  int descriptor_ = -1;
+  Descriptor descriptor_;
   Cleanup note_;
   State state_ = State::Part;
 };

@@ -5,6 +5,7 @@
 #include <span>
 #include <utility>
 
+#include "platform/descriptor.h"
 #include "t4d/error.h"
 
 namespace t4d::platform {
@@ -15,13 +16,6 @@ class ScratchFile {
  public:
   static Result<ScratchFile> create();
 
-  ScratchFile(ScratchFile&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
-  ScratchFile& operator=(ScratchFile&& other) noexcept {
-    std::swap(descriptor_, other.descriptor_);
-    return *this;
-  }
-  ~ScratchFile();
-
   /// Appends bytes.
   Result<void> append(std::span<const std::byte> bytes);
 
@@ -30,8 +24,8 @@ class ScratchFile {
   bool read(std::uint64_t offset, std::span<std::byte> into) const;
 
  private:
-  explicit ScratchFile(int descriptor) : descriptor_(descriptor) {}
-  int descriptor_ = -1;
+  explicit ScratchFile(Descriptor descriptor) : descriptor_(std::move(descriptor)) {}
+  Descriptor descriptor_;
 };
 
 }  // namespace t4d::platform

@@ -1,17 +1,9 @@
 #include "formats/t4d/pipe_source.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <cstring>
 #include <map>
 #include <mutex>
-
-#include <fcntl.h>
-#include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
-#include "platform/kept_inputs.h"
 
 namespace t4d::formats {
 
@@ -25,25 +17,17 @@ struct PipeSource::Kept {
 };
 
 Result<std::unique_ptr<PipeSource>> PipeSource::open(const std::filesystem::path& path) {
-  const bool isInput = path == "-";
-  const int descriptor = isInput ? ::fcntl(STDIN_FILENO, F_DUPFD_CLOEXEC, 0)
-                                 : ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  const std::string name = isInput ? "standard input" : path.string();
-  struct stat status {};
-  if (descriptor < 0 || ::fstat(descriptor, &status) != 0) {
-    return fail(ErrorCode::Io, fmt::format("cannot open: {}", std::strerror(errno)), name);
-  }
-  platform::noteInput(status);
-  std::unique_ptr<PipeSource> source(new PipeSource(name, descriptor));
-  if (S_ISDIR(status.st_mode)) return fail(ErrorCode::Io, "is a folder", name);
+  auto file = platform::OpenFile::open(path);
+  if (!file) return file.error();
+  std::unique_ptr<PipeSource> source(new PipeSource(std::move(*file)));
   if (auto filled = source->fill(); !filled) return filled.error();
   return source;
 }
 
-PipeSource::PipeSource(std::string name, int descriptor)
-    : name_(std::move(name)), descriptor_(descriptor), kept_(std::make_unique<Kept>()) {}
+PipeSource::PipeSource(platform::OpenFile file)
+    : file_(std::move(file)), kept_(std::make_unique<Kept>()) {}
 
-PipeSource::~PipeSource() { ::close(descriptor_); }
+PipeSource::~PipeSource() = default;
 
 std::uint64_t PipeSource::size() const {
   const std::scoped_lock lock(kept_->mutex);
@@ -66,16 +50,10 @@ Result<void> PipeSource::fill() {
   constexpr std::size_t kMost = std::size_t{1} << 18;
   kept_->ahead.resize(kMost);
   kept_->aheadBegin = 0;
-  ssize_t got = -1;
-  while (got < 0) {
-    got = ::read(descriptor_, kept_->ahead.data(), kMost);
-    if (got >= 0 || errno == EINTR) continue;
-    const int reason = errno;
-    kept_->ahead.clear();
-    return fail(ErrorCode::Io, fmt::format("cannot read: {}", std::strerror(reason)), name_);
-  }
-  kept_->ahead.resize(static_cast<std::size_t>(got));
-  kept_->atEnd = got == 0;
+  const auto got = file_.read(kept_->ahead);
+  kept_->ahead.resize(got ? *got : 0);
+  if (!got) return got.error();
+  kept_->atEnd = *got == 0;
   return {};
 }
 
@@ -91,7 +69,7 @@ Result<void> PipeSource::read(std::uint64_t offset, std::span<std::byte> into) {
         return {};
       }
     }
-    return fail(ErrorCode::Failed, "comes through a pipe, and cannot be read again", name_);
+    return fail(ErrorCode::Failed, "comes through a pipe, and cannot be read again", name());
   }
   std::vector<std::byte> bytes(into.size());
   for (std::size_t have = 0; have < bytes.size();) {
@@ -102,7 +80,7 @@ Result<void> PipeSource::read(std::uint64_t offset, std::span<std::byte> into) {
       const std::uint64_t end = kept_->end + have;
       return Error{ErrorCode::InvalidInput,
                    "the file ends here, before the end of what it says comes: it is truncated",
-                   placeOfByte(name_, end), end};
+                   placeOfByte(name(), end), end};
     }
     const std::size_t some = std::min(bytes.size() - have, kept_->ahead.size() - kept_->aheadBegin);
     std::memcpy(bytes.data() + have, kept_->ahead.data() + kept_->aheadBegin, some);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "formats/t4d/byte_source.h"
+#include "platform/open_file.h"
 
 namespace t4d::formats {
 
@@ -20,7 +21,7 @@ class PipeSource : public ByteSource {
   PipeSource& operator=(const PipeSource&) = delete;
   ~PipeSource() override;
 
-  const std::string& name() const override { return name_; }
+  const std::string& name() const override { return file_.name(); }
   std::uint64_t size() const override;
   bool sizeIsCertain() const override { return false; }
   void plan(std::span<const ByteRange> ranges) override;
@@ -33,11 +34,10 @@ class PipeSource : public ByteSource {
 
  private:
   struct Kept;
-  PipeSource(std::string name, int descriptor);
+  explicit PipeSource(platform::OpenFile file);
   Result<void> fill();
 
-  std::string name_;
-  int descriptor_;
+  platform::OpenFile file_;
   std::unique_ptr<Kept> kept_;
 };
 

@@ -2,7 +2,6 @@
 #include <vector>
 
 #include <sha2.h>
-#include <sys/types.h>
 
 #include "formats/t4d/manifest.h"
 

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "fixtures/solids.h"
+#include "platform/process.h"
 #include "platform/temporary_folder.h"
 #include "t4d/surface.h"
 #include "tools/bench/arm_and_obstacles.h"
@@ -52,7 +53,7 @@ Result<bench::Report> measureFiles(const Options& options) {
   report.input = "whole commands";
   const auto folder = temporaryFolder(options);
   if (!folder) return folder.error();
-  const auto program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "t4d";
+  const auto program = platform::executablePath().parent_path() / "t4d";
   auto measured = bench::measureWholeCommands(
       {options.repetitions, options.large, options.mesh, program, folder->path()}, report);
   if (!measured) return measured.error();

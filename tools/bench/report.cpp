@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
-#include <sys/resource.h>
 
 namespace t4d::bench {
 namespace {
@@ -39,12 +38,6 @@ double medianSeconds(int repetitions, const std::function<void()>& run) {
   std::vector<double> seconds(static_cast<std::size_t>(repetitions));
   for (double& each : seconds) each = secondsOf(run);
   return medianOf(seconds);
-}
-
-std::uint64_t peakBytes() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
 }
 
 std::string textOf(const Report& report) {

@@ -5,7 +5,11 @@
 #include <string>
 #include <vector>
 
+#include "platform/process.h"
+
 namespace t4d::bench {
+
+using platform::peakBytes;
 
 /// Two operations timed in one run; only their ratio carries over to other machines.
 struct Row {
@@ -40,9 +44,6 @@ double medianOf(std::vector<double> values);
 
 /// The median of the seconds that `run` takes.
 double medianSeconds(int repetitions, const std::function<void()>& run);
-
-/// Peak memory of this process so far, in bytes.
-std::uint64_t peakBytes();
 
 std::string textOf(const Report& report);
 std::string jsonOf(const Report& report);

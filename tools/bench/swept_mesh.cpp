@@ -1,17 +1,16 @@
 #include "tools/bench/swept_mesh.h"
 
-#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <memory>
 #include <stdexcept>
-#include <system_error>
+#include <string_view>
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include "mesh4d/cap.h"
+#include "platform/part_file.h"
 #include "t4d/file.h"
 #include "t4d/mesh.h"
 #include "t4d/slice.h"
@@ -36,26 +35,20 @@ std::span<const Point4> newVertices(const Slab& slab) {
   return std::span(slab.vertices).subspan(slab.connectivity->lowerCount);
 }
 
+/// The bytes of an array.
+template <class T>
+std::string_view bytesOf(std::span<const T> values) {
+  return {reinterpret_cast<const char*>(values.data()), values.size_bytes()};
+}
+
+/// Also waits for the disk and renames the file, as the writer of .t4d does.
 void writeRaw(const model::Mesh& mesh, const std::filesystem::path& path) {
-  std::FILE* file = std::fopen(path.c_str(), "wb");
-  if (file == nullptr) {
-    throw std::system_error(errno, std::generic_category(), path.string() + ": cannot write");
-  }
-  bool good = true;
+  platform::PartFile file = need(platform::PartFile::create(path));
   for (const Slab& slab : mesh.slabs()) {
-    const auto vertices = newVertices(slab);
-    const auto& cells = slab.connectivity->cells;
-    good = good &&
-           std::fwrite(vertices.data(), sizeof(Point4), vertices.size(), file) == vertices.size() &&
-           std::fwrite(cells.data(), sizeof(Cell), cells.size(), file) == cells.size();
+    need(file.write(bytesOf(newVertices(slab))));
+    need(file.write(bytesOf(std::span<const Cell>(slab.connectivity->cells))));
   }
-  // The writer of .t4d does the same before it renames the file.
-  good = good && std::fflush(file) == 0 && fsync(fileno(file)) == 0;
-  const int reason = errno;
-  std::fclose(file);
-  if (!good) {
-    throw std::system_error(reason, std::generic_category(), path.string() + ": cannot write");
-  }
+  need(platform::PartFile::putInPlace({&file, 1}));
 }
 
 void readRaw(const std::filesystem::path& path, std::vector<std::byte>& buffer) {
@@ -126,17 +119,17 @@ Result<void> measureSweptMesh(const model::TriangleMesh& solid, const model::Mot
   const auto writeRawOnce = [&] { writeRaw(mesh, raw); };
   report.rows.push_back(compare(
       n, "write .t4d, zstd 3", [&] { packedBytes = writeT4d(mesh, packed, 3); },
-      "fwrite of the raw arrays", writeRawOnce));
+      "write of the raw arrays", writeRawOnce));
   report.rows.push_back(compare(
       n, "write .t4d, uncompressed", [&] { plainBytes = writeT4d(mesh, plain, 0); },
-      "fwrite of the raw arrays", writeRawOnce));
+      "write of the raw arrays", writeRawOnce));
   constexpr std::size_t kBufferBytes = std::size_t{1} << 22;
   std::vector<std::byte> buffer(kBufferBytes);
   const auto readRawOnce = [&] { readRaw(raw, buffer); };
   report.rows.push_back(compare(
-      n, "read .t4d, zstd 3", [&] { readT4d(packed); }, "fread of the raw arrays", readRawOnce));
+      n, "read .t4d, zstd 3", [&] { readT4d(packed); }, "read of the raw arrays", readRawOnce));
   report.rows.push_back(compare(
-      n, "read .t4d, uncompressed", [&] { readT4d(plain); }, "fread of the raw arrays",
+      n, "read .t4d, uncompressed", [&] { readT4d(plain); }, "read of the raw arrays",
       readRawOnce));
 
   // Between two layers, where every cell of the slab is cut or nearly.

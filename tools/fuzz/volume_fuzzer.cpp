@@ -2,8 +2,8 @@
 #include <string>
 
 #include <fmt/format.h>
-#include <unistd.h>
 
+#include "platform/temporary_folder.h"
 #include "t4d/frames.h"
 #include "tools/fuzz/fuzz.h"
 #include "voxel4d/frame_formats.h"
@@ -19,21 +19,18 @@ constexpr std::size_t kMemoryAlways = std::size_t{8} << 20;
 /// The file under a name of each extension.
 class Names {
  public:
-  explicit Names(const std::filesystem::path& file) {
-    std::string name = (std::filesystem::temp_directory_path() / "fuzz-volume-XXXXXX").string();
-    must(mkdtemp(name.data()) != nullptr, "there is a folder for temporary files");
-    folder_ = name;
+  explicit Names(const std::filesystem::path& file) : folder_(platform::TemporaryFolder::create()) {
+    must(folder_.has_value(), "there is a folder for temporary files");
     for (const std::string_view extension : voxel4d::volumeExtensions()) {
       std::filesystem::create_symlink(file, pathOf(extension));
     }
   }
-  ~Names() { std::filesystem::remove_all(folder_); }
   std::filesystem::path pathOf(std::string_view extension) const {
-    return folder_ / ("f" + std::string(extension));
+    return folder_->path() / ("f" + std::string(extension));
   }
 
  private:
-  std::filesystem::path folder_;
+  Result<platform::TemporaryFolder> folder_;
 };
 
 int test(std::span<const std::uint8_t> bytes) {

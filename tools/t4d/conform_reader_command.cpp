@@ -2,6 +2,8 @@
 
 #include "conformance/driver/reader_report.h"
 #include "formats/output_folder.h"
+#include "platform/process.h"
+#include "platform/signals.h"
 #include "tools/t4d/commands.h"
 #include "tools/t4d/conform_run.h"
 #include "tools/t4d/console.h"
@@ -39,17 +41,18 @@ int run(const ConformReaderArguments& options) {
   if (!run.keep.empty()) {
     if (auto made = formats::makeKeptFolder(run.keep); !made) return report(made.error());
   }
-  disableCoreDumps();
+  platform::disableCoreDumps();
   Result<std::vector<ReaderResult>> results;
   {
-    const Interruptible interruptible;
+    const platform::Interruptible interruptible;
     ProgressBar bar("testing the reader");
-    const SuiteOptions suite = {*command,     options.serve, run.timeoutSeconds,
-                                run.parallel, run.first,     &Interruptible::interrupted()};
+    const SuiteOptions suite = {*command,           options.serve,
+                                run.timeoutSeconds, run.parallel,
+                                run.first,          &platform::Interruptible::interrupted()};
     results = runReaderCases(cases, suite, bar.callback());
   }
   if (!results) return reportNoRun(results.error());
-  Interruptible::endIfInterrupted();
+  platform::Interruptible::endIfInterrupted();
   if (!run.keep.empty()) {
     const auto kept = keepWrongFiles(cases, *results, run.keep);
     if (!kept) return report(kept.error());

@@ -4,24 +4,12 @@
 #include <thread>
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include "formats/output_file.h"
 #include "tools/t4d/console.h"
 #include "tools/t4d/option_checks.h"
 
 namespace t4d::tools {
-namespace {
-
-std::atomic<bool> signalArrived = false;
-volatile std::sig_atomic_t arrivedSignal = 0;
-
-extern "C" void keepSignal(int signal) {
-  arrivedSignal = signal;
-  signalArrived = true;
-}
-
-}  // namespace
 
 void addConformOptions(CLI::App& command, ConformArguments& arguments, const ConformHelp& help) {
   arguments.parallel = std::max(1U, std::thread::hardware_concurrency());
@@ -47,31 +35,6 @@ void addConformOptions(CLI::App& command, ConformArguments& arguments, const Con
   command.add_flag("--first", arguments.first, "Stop at the first failure");
   command.add_flag("--verbose", arguments.verbose, "List all failed cases");
   command.add_flag("--json", arguments.json, "Print JSON");
-}
-
-Interruptible::Interruptible() {
-  for (std::size_t i = 0; i < kSignals.size(); ++i) {
-    sigaction(kSignals[i], nullptr, &before_[i]);
-    if (before_[i].sa_handler == SIG_IGN) continue;
-    struct sigaction action {};
-    action.sa_handler = keepSignal;
-    sigaction(kSignals[i], &action, nullptr);
-  }
-}
-
-Interruptible::~Interruptible() {
-  for (std::size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], &before_[i], nullptr);
-}
-
-const std::atomic<bool>& Interruptible::interrupted() { return signalArrived; }
-
-void Interruptible::endIfInterrupted() {
-  if (signalArrived) std::raise(arrivedSignal);
-}
-
-void disableCoreDumps() {
-  const rlimit none{0, 0};
-  setrlimit(RLIMIT_CORE, &none);
 }
 
 int reportNoRun(const Error& error) {

@@ -1,8 +1,5 @@
 #pragma once
 
-#include <array>
-#include <atomic>
-#include <csignal>
 #include <functional>
 #include <string>
 #include <vector>
@@ -38,27 +35,6 @@ struct ConformHelp {
 
 /// Adds these options; `arguments.timeoutSeconds` is the default.
 void addConformOptions(CLI::App& command, ConformArguments& arguments, const ConformHelp& help);
-
-/// While it exists, a signal that would end this program stops those under test instead.
-class Interruptible {
- public:
-  Interruptible();
-  ~Interruptible();
-  Interruptible(const Interruptible&) = delete;
-  Interruptible& operator=(const Interruptible&) = delete;
-
-  /// Becomes true when such a signal arrives.
-  static const std::atomic<bool>& interrupted();
-  /// Ends this program as the signal would have, if one has arrived.
-  static void endIfInterrupted();
-
- private:
-  static constexpr std::array kSignals = {SIGINT, SIGTERM, SIGHUP};
-  std::array<struct sigaction, kSignals.size()> before_{};
-};
-
-/// Without this, a program that crashes a hundred times would leave a hundred core dumps.
-void disableCoreDumps();
 
 /// Reports a run that could not be made. Returns the exit code.
 int reportNoRun(const Error& error);

@@ -3,6 +3,8 @@
 #include "conformance/driver/case_choice.h"
 #include "conformance/driver/writer_suite.h"
 #include "formats/output_folder.h"
+#include "platform/process.h"
+#include "platform/signals.h"
 #include "tools/t4d/commands.h"
 #include "tools/t4d/conform_run.h"
 #include "tools/t4d/console.h"
@@ -28,17 +30,18 @@ int run(const ConformWriterArguments& options) {
   if (!run.keep.empty()) {
     if (auto made = formats::makeKeptFolder(run.keep); !made) return report(made.error());
   }
-  disableCoreDumps();
+  platform::disableCoreDumps();
   Result<std::vector<CaseReport>> reports;
   {
-    const Interruptible interruptible;
+    const platform::Interruptible interruptible;
     ProgressBar bar("testing the writer");
-    const WriterOptions suite = {*command,  run.timeoutSeconds, run.parallel,
-                                 run.first, run.keep,           &Interruptible::interrupted()};
+    const WriterOptions suite = {*command,     run.timeoutSeconds,
+                                 run.parallel, run.first,
+                                 run.keep,     &platform::Interruptible::interrupted()};
     reports = runWriterCases(cases, suite, bar.callback());
   }
   if (!reports) return reportNoRun(reports.error());
-  Interruptible::endIfInterrupted();
+  platform::Interruptible::endIfInterrupted();
   return reportRun("writer", options.writer, run, *reports, [&](auto most) {
     return writerReportText(options.writer,
                             fmt::format("t4d conform writer --writer '{}'", options.writer), cases,

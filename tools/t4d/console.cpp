@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
-#include <sys/resource.h>
 
+#include "platform/process.h"
 #include "tools/t4d/hints.h"
 #include "tools/verbs/json_text.h"
 
@@ -185,11 +185,7 @@ void printTable(const std::vector<std::vector<std::string>>& rows, std::string_v
 }
 
 std::uint64_t peakBytes() {
-  rusage own{};
-  rusage children{};
-  getrusage(RUSAGE_SELF, &own);
-  getrusage(RUSAGE_CHILDREN, &children);
-  return static_cast<std::uint64_t>(std::max(own.ru_maxrss, children.ru_maxrss)) * 1024;
+  return std::max(platform::peakBytes(), platform::peakBytesOfChildren());
 }
 
 }  // namespace t4d::tools

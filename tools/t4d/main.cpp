@@ -13,35 +13,23 @@
 #include <utility>
 #include <vector>
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
-#include <unistd.h>
 
 #include "platform/kept_inputs.h"
+#include "platform/process.h"
+#include "platform/signals.h"
 #include "t4d/file.h"
 #include "tools/t4d/commands.h"
 #include "tools/t4d/console.h"
 #include "tools/t4d/help_json.h"
 #include "tools/t4d/python_inputs.h"
 #include "tools/t4d/shell_word.h"
-#include "tools/t4d/signals.h"
 #include "tools/t4d/version.h"
 #include "tools/verbs/similar_words.h"
 
 namespace t4d::tools {
 namespace {
-
-/// Prevents files that we open from getting the number of a closed standard stream: messages would
-/// be written to them. Writing to a closed stream stays an error.
-void keepStandardStreams() {
-  for (const int number : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
-    if (fcntl(number, F_GETFD) >= 0) continue;
-    // open() returns the lowest free number, which is this one.
-    const int opened = open("/dev/null", number == STDIN_FILENO ? O_WRONLY : O_RDONLY);
-    if (opened < 0) return;
-  }
-}
 
 /// The last verb recognised in the arguments.
 const CLI::App& lastCommand(const CLI::App& app) {
@@ -166,8 +154,8 @@ int exitCodeOf(int exitCode) {
 
 int main(int argc, char** argv) {
   using namespace t4d::tools;
-  keepStandardStreams();
-  cleanUpOnSignals();
+  t4d::platform::keepStandardStreams();
+  t4d::platform::cleanUpOnSignals();
   t4d::formats::readUrls();
   const t4d::platform::KeptInputs kept;
   int exitCode = kFailed;

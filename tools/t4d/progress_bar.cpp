@@ -7,7 +7,8 @@
 #include <string_view>
 
 #include <fmt/format.h>
-#include <unistd.h>
+
+#include "platform/process.h"
 
 namespace t4d::tools {
 namespace {
@@ -33,7 +34,7 @@ void ProgressBar::silence() { silent = true; }
 ProgressBar::Console ProgressBar::standardError() {
   const char* terminal = std::getenv("TERM");  // NOLINT(concurrency-mt-unsafe)
   const bool dumb = terminal == nullptr || std::string_view(terminal) == "dumb";
-  return {isatty(STDERR_FILENO) == 1 && !dumb,
+  return {platform::standardErrorIsTerminal() && !dumb,
           [] {
             const auto now = std::chrono::steady_clock::now().time_since_epoch();
             return std::chrono::duration<double>(now).count();

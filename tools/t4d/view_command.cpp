@@ -1,10 +1,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include <fcntl.h>
-#include <spawn.h>
-#include <unistd.h>
-
+#include "platform/child_process.h"
 #include "tools/t4d/commands.h"
 #include "tools/t4d/console.h"
 #include "tools/t4d/console_observer.h"
@@ -27,22 +24,8 @@ struct ViewArguments {
 /// Opens the page in the browser of the desktop, where there is one.
 void openBrowser(const std::string& url) {
   if (std::getenv("DISPLAY") == nullptr && std::getenv("WAYLAND_DISPLAY") == nullptr) return;
-  posix_spawn_file_actions_t files;
-  posix_spawn_file_actions_init(&files);
-  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
-    posix_spawn_file_actions_addopen(&files, stream, "/dev/null", O_RDWR, 0);
-  }
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
   // It stays when this program is stopped.
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSID);
-  std::string program = "xdg-open";
-  std::string argument = url;
-  char* const words[] = {program.data(), argument.data(), nullptr};
-  pid_t pid = 0;
-  posix_spawnp(&pid, program.c_str(), &files, &attributes, words, environ);
-  posix_spawnattr_destroy(&attributes);
-  posix_spawn_file_actions_destroy(&files);
+  platform::startDetached({"xdg-open", url});
 }
 
 int serve(const ViewArguments& options) {

@@ -3,66 +3,33 @@
 #ifdef T4D_WITH_HTTPLIB
 
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
-#include <cstring>
+#include <span>
 #include <vector>
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <httplib.h>
-#include <sys/socket.h>
-#include <sys/stat.h>
-#include <unistd.h>
+
+#include "platform/open_file.h"
 
 namespace t4d::tools {
 namespace {
 
 /// A file that is served, open all the time: one that takes its name later is another.
-class OpenFile {
- public:
-  static Result<OpenFile> open(const ServedFile& shown) {
-    OpenFile file;
-    file.descriptor_ = ::open(shown.path.c_str(), O_RDONLY | O_CLOEXEC);
-    struct stat status {};
-    if (file.descriptor_ < 0 || fstat(file.descriptor_, &status) != 0) {
-      return fail(ErrorCode::Failed, fmt::format("cannot be opened: {}", std::strerror(errno)),
-                  shown.path.string());
-    }
-    file.size_ = static_cast<std::size_t>(status.st_size);
-    file.tag_ = fmt::format("\"{:x}-{:x}-{:x}.{:x}\"", status.st_ino, status.st_size,
-                            status.st_mtim.tv_sec, status.st_mtim.tv_nsec);
-    return file;
-  }
-  OpenFile(OpenFile&& other) noexcept { *this = std::move(other); }
-  OpenFile& operator=(OpenFile&& other) noexcept {
-    std::swap(descriptor_, other.descriptor_);
-    std::swap(size_, other.size_);
-    std::swap(tag_, other.tag_);
-    return *this;
-  }
-  ~OpenFile() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-  }
-
-  std::size_t size() const { return size_; }
+struct Served {
+  std::string path;  ///< of the URL
+  platform::OpenFile file;
   /// Names this version of the file.
-  const std::string& tag() const { return tag_; }
-
-  /// Sends up to a megabyte. False if it cannot be read, or nobody listens any more.
-  bool send(std::size_t offset, std::size_t length, httplib::DataSink& sink) const {
-    std::vector<char> piece(std::min(length, std::size_t{1} << 20));
-    const ssize_t count =
-        ::pread(descriptor_, piece.data(), piece.size(), static_cast<off_t>(offset));
-    return count > 0 && sink.write(piece.data(), static_cast<std::size_t>(count));
-  }
-
- private:
-  OpenFile() = default;
-  int descriptor_ = -1;
-  std::size_t size_ = 0;
-  std::string tag_;
+  std::string tag() const { return fmt::format("\"{}\"", file.version()); }
 };
+
+/// Sends up to a megabyte. False if it cannot be read, or nobody listens any more.
+bool send(const platform::OpenFile& file, std::size_t offset, std::size_t length,
+          httplib::DataSink& sink) {
+  std::vector<char> piece(std::min(length, std::size_t{1} << 20));
+  const auto count = file.readAt(offset, std::as_writable_bytes(std::span(piece)));
+  return count && *count > 0 && sink.write(piece.data(), *count);
+}
 
 /// A connection that says nothing holds a thread until its time is over. Browsers open connections
 /// ahead, and another program may leave hundreds half open: with so many threads and so short a
@@ -128,11 +95,11 @@ Result<void> serveViewer(const std::string& page, std::span<const ServedFile> fi
   server.set_read_timeout(kSilence);
   server.set_write_timeout(kWriteTime);
   server.set_payload_max_length(kMostBodyBytes);
-  std::vector<std::pair<std::string, OpenFile>> opened;
-  for (const ServedFile& file : files) {
-    auto one = OpenFile::open(file);
-    if (!one) return one.error();
-    opened.emplace_back("/" + file.name, std::move(*one));
+  std::vector<Served> opened;
+  for (const ServedFile& shown : files) {
+    auto file = platform::OpenFile::openRegular(shown.path);
+    if (!file) return file.error();
+    opened.push_back({"/" + shown.name, std::move(*file)});
   }
   server.set_default_headers(
       {{"Cache-Control", "no-cache"}, {"X-Content-Type-Options", "nosniff"}});
@@ -154,24 +121,23 @@ Result<void> serveViewer(const std::string& page, std::span<const ServedFile> fi
           });
       return;
     }
-    const auto found =
-        std::ranges::find(opened, request.path, &std::pair<std::string, OpenFile>::first);
+    const auto found = std::ranges::find(opened, request.path, &Served::path);
     if (found == opened.end()) {
       response.status = 404;
       return;
     }
-    const OpenFile& file = found->second;
+    const platform::OpenFile& file = found->file;
     const std::string wanted = request.get_header_value("If-Match");
-    if (!wanted.empty() && wanted != file.tag()) {
+    if (!wanted.empty() && wanted != found->tag()) {
       response.status = 412;
       return;
     }
-    response.set_header("ETag", file.tag());
+    response.set_header("ETag", found->tag());
     if (!fitRanges(request, file.size())) return refuseRange(request, response, file.size());
     response.set_content_provider(
         file.size(), "model/vnd.t4d",
         [&file](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
-          return file.send(offset, length, sink);
+          return send(file, offset, length, sink);
         });
   });
   if (port == 0) {

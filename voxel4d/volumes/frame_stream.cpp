@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <set>
 #include <string>
 #include <utility>
@@ -13,7 +11,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
-#include <unistd.h>
 
 #include "voxel4d/volumes/header_text.h"
 #include "voxel4d/volumes/npy_array.h"
@@ -345,23 +342,21 @@ Result<std::size_t> InputBytes::read(std::span<std::byte> into) {
 }
 
 Result<std::size_t> InputBytes::take(std::span<std::byte> into) {
-  ssize_t got = 0;
-  do {
-    got = ::read(STDIN_FILENO, into.data(), into.size());
-  } while (got < 0 && errno == EINTR);
-  if (got < 0) {
-    return fail(ErrorCode::Io, std::string("cannot be read: ") + std::strerror(errno),
-                kStandardInput);
+  if (!input_) {
+    auto file = platform::OpenFile::open("-");
+    if (!file) return file.error();
+    input_ = std::move(*file);
   }
-  const auto count = static_cast<std::size_t>(got);
-  taken_ += count;
+  const auto count = input_->read(into);
+  if (!count) return count;
+  taken_ += *count;
   if (!keep_) return count;
   if (!copy_) {
     auto file = platform::ScratchFile::create();
     if (!file) return file.error();
     copy_ = std::move(*file);
   }
-  if (auto put = copy_->append(into.first(count)); !put) return put.error();
+  if (auto put = copy_->append(into.first(*count)); !put) return put.error();
   return count;
 }
 

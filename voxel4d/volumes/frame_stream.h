@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "platform/open_file.h"
 #include "platform/scratch_file.h"
 #include "t4d/error.h"
 
@@ -33,6 +34,7 @@ class InputBytes {
   bool keep_;
   std::uint64_t at_ = 0;     // of the next byte that is read
   std::uint64_t taken_ = 0;  // bytes of standard input
+  std::optional<platform::OpenFile> input_;
   std::optional<platform::ScratchFile> copy_;
   std::vector<std::byte> window_;  // some of the bytes, for small reads
   std::uint64_t windowBegin_ = 0;

@@ -1,11 +1,9 @@
 #include "voxel4d/volumes/gzip_stream.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <limits>
 
 #include <isa-l/igzip_lib.h>
-#include <unistd.h>
 
 #include "platform/upper_halves.h"
 
@@ -37,8 +35,8 @@ const char* faultOf(int code) {
 
 struct GzipStream::Inflate : inflate_state {};
 
-GzipStream::GzipStream(int descriptor)
-    : descriptor_(descriptor), inflate_(std::make_unique<Inflate>()), input_(kInputBytes) {
+GzipStream::GzipStream(platform::OpenFile file)
+    : file_(std::move(file)), inflate_(std::make_unique<Inflate>()), input_(kInputBytes) {
   isal_inflate_init(&*inflate_);
   inflate_->crc_flag = ISAL_GZIP;
 }
@@ -49,18 +47,15 @@ bool GzipStream::fill() {
   // What is left comes first.
   std::copy_n(inflate_->next_in, inflate_->avail_in, input_.begin());
   inflate_->next_in = input_.data();
-  const std::size_t room = input_.size() - inflate_->avail_in;
-  ssize_t got = 0;
-  do {
-    got = ::read(descriptor_, input_.data() + inflate_->avail_in, room);
-  } while (got < 0 && errno == EINTR);
-  if (got < 0) {
-    reason_ = errno;
+  const auto got =
+      file_.read(std::as_writable_bytes(std::span(input_)).subspan(inflate_->avail_in));
+  if (!got) {
+    error_ = got.error();
     state_ = State::CannotRead;
     return false;
   }
-  inflate_->avail_in += static_cast<std::uint32_t>(got);
-  return got > 0;
+  inflate_->avail_in += static_cast<std::uint32_t>(*got);
+  return *got > 0;
 }
 
 /// After a member; another one may follow.

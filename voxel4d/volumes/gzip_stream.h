@@ -6,6 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "platform/open_file.h"
+
 namespace t4d::voxel4d {
 
 /// Unpacks gzip data from an open file, by ISA-L: one member or several, up to the first bytes that
@@ -17,11 +19,11 @@ class GzipStream {
     End,         ///< all has been read, and its checksums are right
     CutOff,      ///< the file ends within a member
     Damaged,     ///< see `fault`
-    CannotRead,  ///< `errno` was `reason`
+    CannotRead,  ///< see `error`
   };
 
-  /// Reads from the present place of the file, which stays open.
-  explicit GzipStream(int descriptor);
+  /// Reads from the present place of the file.
+  explicit GzipStream(platform::OpenFile file);
   GzipStream(const GzipStream&) = delete;
   GzipStream& operator=(const GzipStream&) = delete;
   ~GzipStream();
@@ -31,7 +33,7 @@ class GzipStream {
 
   State state() const { return state_; }
   const char* fault() const { return fault_; }
-  int reason() const { return reason_; }
+  const Error& error() const { return error_; }
 
  private:
   struct Inflate;
@@ -39,12 +41,12 @@ class GzipStream {
   bool fill();
   void startMember();
 
-  int descriptor_;
+  platform::OpenFile file_;
   std::unique_ptr<Inflate> inflate_;
   std::vector<std::uint8_t> input_;
   State state_ = State::Good;
   const char* fault_ = "";
-  int reason_ = 0;
+  Error error_;
 };
 
 }  // namespace t4d::voxel4d

@@ -1,6 +1,5 @@
 #include "voxel4d/volumes/gzip_stream.h"
 
-#include <cstdio>
 #include <cstring>
 #include <optional>
 #include <random>
@@ -9,6 +8,8 @@
 
 #include <gtest/gtest.h>
 #include <zlib.h>
+
+#include "platform/test_folder.h"
 
 namespace t4d::voxel4d {
 namespace {
@@ -61,10 +62,10 @@ struct Unpacked {
 
 /// By pieces of so many bytes.
 Unpacked unpacked(const std::string& file, std::size_t piece = 100'000) {
-  std::FILE* const temporary = std::tmpfile();
-  std::fwrite(file.data(), 1, file.size(), temporary);
-  std::rewind(temporary);
-  GzipStream stream(fileno(temporary));
+  const platform::TestFolder folder;
+  auto opened = platform::OpenFile::openRegular(folder.write("a.gz", file));
+  EXPECT_TRUE(opened);
+  GzipStream stream(std::move(*opened));
   Unpacked result;
   std::string space(piece, '\0');
   while (stream.state() == GzipStream::State::Good) {
@@ -72,7 +73,6 @@ Unpacked unpacked(const std::string& file, std::size_t piece = 100'000) {
     result.bytes.append(space, 0, got);
   }
   result.state = stream.state();
-  std::fclose(temporary);
   return result;
 }
 

@@ -2,52 +2,31 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <charconv>
 #include <cstring>
 #include <fstream>
 #include <utility>
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <tbb/task_group.h>
-#include <unistd.h>
 
+#include "platform/open_file.h"
 #include "platform/regular_file.h"
 #include "voxel4d/volumes/gzip_stream.h"
 
 namespace t4d::voxel4d {
 namespace {
 
-/// A file that is open for reading, closed with the object.
-class Descriptor {
- public:
-  explicit Descriptor(int number) : number_(number) {}
-  Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
-  Descriptor& operator=(Descriptor&&) = delete;
-  ~Descriptor() {
-    if (number_ >= 0) close(number_);
-  }
-  int number() const { return number_; }
-
- private:
-  int number_;
-};
-
-Error cannotRead(const std::string& where) {
-  return fail(ErrorCode::Io, std::string("cannot be read: ") + std::strerror(errno), where);
-}
-
 class RawReader : public SampleReader {
  public:
-  RawReader(Descriptor file, std::string where, std::uint64_t begin, std::uint64_t end)
-      : file_(std::move(file)), where_(std::move(where)), at_(begin), end_(end) {}
+  RawReader(platform::OpenFile file, std::uint64_t begin, std::uint64_t end)
+      : file_(std::move(file)), at_(begin), end_(end) {}
 
   Result<void> read(std::span<std::byte> into) override {
     constexpr std::size_t kWindow = std::size_t{1} << 16U;
     while (!into.empty()) {
       if (at_ < windowBegin_ || at_ >= windowBegin_ + window_.size()) {
-        if (at_ >= end_) return invalid("is cut off: it ends before its samples do", where_);
+        if (at_ >= end_) return invalid("is cut off: it ends before its samples do", file_.name());
         if (into.size() >= kWindow) {
           const auto part = into.first(std::min<std::uint64_t>(into.size(), end_ - at_));
           if (auto filled = fill(part); !filled) return filled;
@@ -75,24 +54,18 @@ class RawReader : public SampleReader {
     if (at_ == end_ || mayHaveMore) return {};
     return invalid(
         fmt::format("has {} bytes more than the samples that its header announces", end_ - at_),
-        where_);
+        file_.name());
   }
 
  private:
   Result<void> fill(std::span<std::byte> into) {
-    for (std::uint64_t at = at_; !into.empty();) {
-      const ssize_t got = pread(file_.number(), into.data(), into.size(), static_cast<off_t>(at));
-      if (got < 0 && errno == EINTR) continue;
-      if (got < 0) return cannotRead(where_);
-      if (got == 0) return invalid("has become shorter while it was read", where_);
-      at += static_cast<std::uint64_t>(got);
-      into = into.subspan(static_cast<std::size_t>(got));
-    }
+    const auto got = file_.readAt(at_, into);
+    if (!got) return got.error();
+    if (*got < into.size()) return invalid("has become shorter while it was read", file_.name());
     return {};
   }
 
-  Descriptor file_;
-  std::string where_;
+  platform::OpenFile file_;
   std::uint64_t at_;
   std::uint64_t end_;
   std::vector<std::byte> window_;
@@ -103,8 +76,8 @@ class RawReader : public SampleReader {
 class GzipReader : public SampleReader {
  public:
   /// `wanted`: the bytes that are to be read in all.
-  GzipReader(Descriptor file, std::string where, std::uint64_t wanted)
-      : file_(std::move(file)), stream_(file_.number()), where_(std::move(where)), wanted_(wanted) {
+  GzipReader(platform::OpenFile file, std::uint64_t wanted)
+      : where_(file.name()), stream_(std::move(file)), wanted_(wanted) {
     unpackNext();
   }
   GzipReader(const GzipReader&) = delete;
@@ -175,8 +148,7 @@ class GzipReader : public SampleReader {
       case GzipStream::State::Damaged:
         return invalid(fmt::format("its compressed data are damaged: {}", stream_.fault()), where_);
       case GzipStream::State::CannotRead:
-        errno = stream_.reason();
-        return cannotRead(where_);
+        return stream_.error();
       default:
         return invalid(
             fmt::format("is cut off: it unpacks to {} bytes, but its header announces {}", read_,
@@ -189,9 +161,8 @@ class GzipReader : public SampleReader {
   /// More bytes than announced are counted up to so many.
   static constexpr std::uint64_t kMostCounted = std::uint64_t{1} << 30U;
 
-  Descriptor file_;
-  GzipStream stream_;  // used by `unpacking_` alone while it runs
   std::string where_;
+  GzipStream stream_;  // used by `unpacking_` alone while it runs
   std::uint64_t wanted_;
   std::uint64_t read_ = 0;
   Piece current_;
@@ -314,17 +285,16 @@ std::uint64_t mostBytes(SampleEncoding encoding, SampleType type) {
   return 1;
 }
 
-Result<Descriptor> openGzip(const std::filesystem::path& path, std::uint64_t offset) {
-  const std::string where = path.string();
-  Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (file.number() < 0) return cannotRead(where);
-  std::array<unsigned char, 2> magic{};  // stays zero where the file ends
-  const auto at = static_cast<off_t>(offset);
-  if (pread(file.number(), magic.data(), magic.size(), at) < 0) return cannotRead(where);
-  if (magic != std::array<unsigned char, 2>{0x1F, 0x8B}) {
-    return invalid("its samples are not compressed by gzip, although its header says so", where);
+Result<platform::OpenFile> openGzip(const std::filesystem::path& path, std::uint64_t offset) {
+  auto file = platform::OpenFile::openRegular(path);
+  if (!file) return file;
+  std::array<std::byte, 2> magic{};  // stays zero where the file ends
+  if (const auto got = file->readAt(offset, magic); !got) return got.error();
+  if (magic != std::array{std::byte{0x1F}, std::byte{0x8B}}) {
+    return invalid("its samples are not compressed by gzip, although its header says so",
+                   file->name());
   }
-  lseek(file.number(), at, SEEK_SET);
+  file->seek(offset);
   return file;
 }
 
@@ -334,7 +304,7 @@ Result<std::uint64_t> unpackedBytes(const std::filesystem::path& path, std::uint
   if (const auto size = platform::sizeOfRegularFile(path); !size) return size.error();
   auto file = openGzip(path, offset);
   if (!file) return file.error();
-  GzipStream stream(file->number());
+  GzipStream stream(std::move(*file));
   std::vector<std::byte> piece(std::size_t{1} << 18U);
   std::uint64_t bytes = 0;
   while (stream.state() == GzipStream::State::Good) bytes += stream.read(piece);
@@ -343,8 +313,7 @@ Result<std::uint64_t> unpackedBytes(const std::filesystem::path& path, std::uint
       return invalid(fmt::format("its compressed data are damaged: {}", stream.fault()),
                      path.string());
     case GzipStream::State::CannotRead:
-      errno = stream.reason();
-      return cannotRead(path.string());
+      return stream.error();
     case GzipStream::State::CutOff:
       return invalid(fmt::format("is cut off: its compressed data end after {} bytes", bytes),
                      path.string());
@@ -375,11 +344,11 @@ Result<std::unique_ptr<SampleReader>> openSamples(const SampleData& data, Sample
   if (data.encoding == SampleEncoding::Gzip) {
     auto file = openGzip(data.path, data.offset);
     if (!file) return file.error();
-    return std::make_unique<GzipReader>(std::move(*file), where, bytes);
+    return std::make_unique<GzipReader>(std::move(*file), bytes);
   }
-  Descriptor file(open(data.path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (file.number() < 0) return cannotRead(where);
-  return std::make_unique<RawReader>(std::move(file), where, data.offset, *size);
+  auto file = platform::OpenFile::openRegular(data.path);
+  if (!file) return file.error();
+  return std::make_unique<RawReader>(std::move(*file), data.offset, *size);
 }
 
 }  // namespace t4d::voxel4d
