@@ -39,8 +39,10 @@ endfunction()
 macro(t4d_find_packages component)
   if("${component}" STREQUAL "model")
     t4d_find(Eigen3 3.4)
-    # Found before OpenVDB, whose find module could otherwise find another TBB.
-    t4d_find(TBB CONFIG)
+    if(NOT T4D_SERIAL)
+      # Found before OpenVDB, whose find module could otherwise find another TBB.
+      t4d_find(TBB CONFIG)
+    endif()
   else()
     t4d_find(fmt)
   endif()

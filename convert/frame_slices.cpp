@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "model/in_order.h"
+#include "model/parallel.h"
 #include "slice/velocity.h"
 #include "t4d/convert.h"
 

@@ -3,11 +3,10 @@
 #include <cmath>
 #include <vector>
 
-#include <tbb/parallel_for.h>
-
 #include "edit/mend_steps.h"
 #include "measure/triangle_tree.h"
 #include "measure/winding_number.h"
+#include "model/parallel.h"
 
 namespace t4d::edit {
 namespace {
@@ -71,7 +70,7 @@ LostSurface lostSurface(const TriangleMesh& before, const TriangleMesh& after, d
   const auto again = std::ranges::unique(triangles);
   triangles.erase(again.begin(), again.end());
   std::vector<double> out(triangles.size());
-  tbb::parallel_for(std::size_t{0}, triangles.size(), [&](std::size_t i) {
+  model::forEach(triangles.size(), [&](std::size_t i) {
     const auto& [a, b, c] = triangles[i];
     out[i] = losses.of({before.vertices[a], before.vertices[b], before.vertices[c]});
   });

@@ -5,11 +5,11 @@
 
 #include <Eigen/LU>
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
 #include "measure/slab_measure.h"
 #include "model/attribute_rows.h"
 #include "model/facets.h"
+#include "model/parallel.h"
 #include "model/union_find.h"
 #include "t4d/edit.h"
 #include "t4d/file.h"
@@ -29,8 +29,7 @@ std::vector<Facet> unmatchedFacets(Mesh4d& mesh) {
   connectivity.cells = std::move(mesh.cells);
   const model::FacetParts parts(connectivity);
   std::vector<std::vector<Facet>> found(parts.size());
-  tbb::parallel_for(std::size_t{0}, parts.size(),
-                    [&](std::size_t i) { found[i] = parts.topology(i).unmatched; });
+  model::forEach(parts.size(), [&](std::size_t i) { found[i] = parts.topology(i).unmatched; });
   std::vector<Facet> unmatched;
   for (const auto& some : found) unmatched.insert(unmatched.end(), some.begin(), some.end());
   mesh.cells = std::move(connectivity.cells);

@@ -11,9 +11,9 @@
 #include <fmt/format.h>
 
 #include "measure/marching_tetrahedra.h"
-#include "measure/parallel_for.h"
 #include "measure/triangle_tree.h"
 #include "measure/winding_number.h"
+#include "model/parallel.h"
 #include "model/unit_scale.h"
 #include "model/voxel_size.h"
 
@@ -103,7 +103,7 @@ class Remesher {
     std::erase_if(points, [&](std::uint64_t point) { return values_.contains(point); });
     // Crossings are kept away from the ends of edges, so the digits of a float do.
     std::vector<float> values(points.size());
-    measure::parallelFor(points.size(), progress, [&](std::size_t i) {
+    model::forEach(points.size(), progress, [&](std::size_t i) {
       const Point3 point = lattice_.place(measure::indexOf(points[i]));
       const auto distance =
           static_cast<float>(std::max(tree_.nearest(point).distance / lattice_.spacing, 1e-6));

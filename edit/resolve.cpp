@@ -6,7 +6,6 @@
 #include <set>
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
 #include "edit/contact_times.h"
 #include "edit/displaced_source.h"
@@ -14,6 +13,7 @@
 #include "edit/solid_sample.h"
 #include "edit/surface_crossings.h"
 #include "edit/vertex_tracks.h"
+#include "model/parallel.h"
 #include "t4d/check.h"
 #include "t4d/edit.h"
 #include "t4d/slice.h"
@@ -293,7 +293,7 @@ class Attempt {
     if (!mesh) return mesh.error();
     const std::vector<Point3> normals = normalsOf(*mesh);
     std::vector<Near> all(mesh->vertices.size());
-    tbb::parallel_for(std::size_t{0}, all.size(), [&](std::size_t i) {
+    model::forEach(all.size(), [&](std::size_t i) {
       all[i] = nearOf(obstacle, mesh->vertices[i], static_cast<std::uint32_t>(i), key, normals[i]);
     });
     std::vector<Near> near;
@@ -337,8 +337,7 @@ class Attempt {
     if (points.empty()) return;
     const SolidSample self(mesh);
     std::vector<SolidSample::Place> places(points.size());
-    tbb::parallel_for(std::size_t{0}, points.size(),
-                      [&](std::size_t i) { places[i] = self.at(points[i]); });
+    model::forEach(points.size(), [&](std::size_t i) { places[i] = self.at(points[i]); });
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (places[i].distance >= options_.clearance + gap_ / 2) continue;
       for (const std::uint32_t vertex : mesh.triangles[places[i].triangle]) {

@@ -14,7 +14,7 @@
 #include "edit/proved_collapse.h"
 #include "edit/slab_windows.h"
 #include "measure/space_time_tetrahedron.h"
-#include "model/in_order.h"
+#include "model/parallel.h"
 #include "model/source_part.h"
 #include "t4d/check.h"
 #include "t4d/edit.h"

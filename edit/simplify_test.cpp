@@ -2,7 +2,6 @@
 #include <random>
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include "fixtures/fields.h"
 #include "fixtures/motions.h"
@@ -10,6 +9,7 @@
 #include "measure/compare.h"
 #include "measure/mesh_digest.h"
 #include "measure/surface_genus.h"
+#include "model/parallel.h"
 #include "t4d/check.h"
 #include "t4d/edit.h"
 #include "t4d/motion.h"
@@ -126,7 +126,7 @@ TEST(Simplify, TheNumberOfThreadsDoesNotMatter) {
   const model::Mesh mesh = wovenField(fixtures::translatingSphere(4, {3, 1, 2}), 8);
   std::vector<measure::MeshDigest> digests;
   for (const std::size_t threads : {1, 2, 5}) {
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    const model::ThreadLimit limit(threads);
     const auto made = simplified(mesh, {.ratio = 0.2, .timeScale = 4, .windowSlabs = 2});
     measure::MeshDigester digester;
     ASSERT_TRUE(model::pump(made.mesh, digester));

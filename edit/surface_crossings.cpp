@@ -8,7 +8,8 @@
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/box_intersection_d.h>
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
+
+#include "model/parallel.h"
 
 namespace t4d::edit {
 namespace {
@@ -213,7 +214,7 @@ Result<SurfaceCrossings> findCrossings(const model::TriangleMesh& mesh, std::siz
   constexpr std::size_t kBatch = 64;
   for (std::size_t begin = 0; begin < parts.size() && found.pairs.size() <= most; begin += kBatch) {
     std::vector<std::vector<Pair>> pairs(std::min(kBatch, parts.size() - begin));
-    tbb::parallel_for(std::size_t{0}, pairs.size(), [&](std::size_t k) {
+    model::forEach(pairs.size(), [&](std::size_t k) {
       pairs[k] = pairsOf(parts, begin + k, test, most + 1 - found.pairs.size());
     });
     for (const auto& some : pairs) found.pairs.insert(found.pairs.end(), some.begin(), some.end());

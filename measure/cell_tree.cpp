@@ -4,7 +4,7 @@
 #include <array>
 #include <numeric>
 
-#include <tbb/parallel_for.h>
+#include "model/parallel.h"
 
 namespace t4d::measure {
 namespace {
@@ -34,7 +34,7 @@ std::vector<std::uint32_t> startsOfRuns(std::span<const Cell> cells) {
 void CellTree::fit(const model::Slab& slab, const model::TimeSpan& window) {
   if (connectivity_ != slab.connectivity) build(slab);
   const model::TimeSpan whole{slab.timeBegin, slab.timeEnd};
-  tbb::parallel_for(std::size_t{0}, leaves_.size(), [&](std::size_t leaf) {
+  model::forEach(leaves_.size(), [&](std::size_t leaf) {
     Node& node = nodes_[leaves_[leaf]];
     std::array<Point4, kMostVertices> points;
     std::size_t count = 0;
@@ -75,7 +75,7 @@ void CellTree::build(const model::Slab& slab) {
   if (cells.empty()) return;
   const std::vector<std::uint32_t> starts = startsOfRuns(cells);
   std::vector<Point4> centers(starts.size() - 1);
-  tbb::parallel_for(std::size_t{0}, centers.size(), [&](std::size_t run) {
+  model::forEach(centers.size(), [&](std::size_t run) {
     Bounds4 bounds;
     for (std::uint32_t i = starts[run]; i < starts[run + 1]; ++i) {
       for (const std::uint32_t vertex : cells[i]) bounds.add(slab.vertices[vertex]);

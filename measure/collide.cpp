@@ -7,9 +7,8 @@
 #include <tuple>
 #include <utility>
 
-#include <tbb/parallel_for.h>
-
 #include "measure/pair_search.h"
+#include "model/parallel.h"
 #include "model/unit_scale.h"
 
 namespace t4d::measure {
@@ -98,7 +97,7 @@ class PairSearches {
       }
       if (auto loaded = load(needed, visits[begin].span); !loaded) return loaded;
       std::vector<Result<void>> done(end - begin);
-      tbb::parallel_for(begin, end, [&](std::size_t i) { done[i - begin] = visitOne(visits[i]); });
+      model::forEach(done.size(), [&](std::size_t i) { done[i] = visitOne(visits[begin + i]); });
       for (const Result<void>& one : done) {
         if (!one) return one;
       }
@@ -126,7 +125,7 @@ class PairSearches {
   Result<void> load(const std::map<std::size_t, std::size_t>& needed, const TimeSpan& span) {
     const std::vector<std::pair<std::size_t, std::size_t>> all(needed.begin(), needed.end());
     std::vector<Result<void>> loaded(all.size());
-    tbb::parallel_for(std::size_t{0}, all.size(), [&](std::size_t i) {
+    model::forEach(all.size(), [&](std::size_t i) {
       loaded[i] = slabs_[all[i].first].load(all[i].second, span);
     });
     for (const Result<void>& one : loaded) {

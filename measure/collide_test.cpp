@@ -11,12 +11,12 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include "fixtures/solids.h"
 #include "measure/chord_bound.h"
 #include "measure/collision_verdict.h"
 #include "measure/overlap.h"
+#include "model/parallel.h"
 #include "t4d/motion.h"
 #include "t4d/sweep.h"
 
@@ -530,7 +530,7 @@ TEST(Collide, DoesNotDependOnTheNumberOfThreads) {
     const Mesh b = moved(fixtures::translated(fixtures::pebble(1.5, 120), {x, 0, 0}),
                          about({0, 0, 1}, 40), 1, 7);
     const auto with = [&](int threads) {
-      const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+      const model::ThreadLimit control(threads);
       return collided(a, b, {.clearanceOverTime = true});
     };
     const Collision one = with(1);

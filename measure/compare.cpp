@@ -4,7 +4,7 @@
 #include <memory>
 #include <optional>
 
-#include "model/in_order.h"
+#include "model/parallel.h"
 #include "t4d/slice.h"
 
 namespace t4d::measure {

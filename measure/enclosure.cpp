@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <atomic>
 
-#include "measure/parallel_for.h"
 #include "measure/surface_genus.h"
 #include "measure/winding_number.h"
+#include "model/parallel.h"
 
 namespace t4d::measure {
 namespace {
@@ -66,7 +66,7 @@ double EnclosedPlaces::longestPiece(const std::array<model::Point3, 3>& piece) c
 
 double EnclosedPlaces::leastDistance(const TriangleMesh& mesh, double enough) const {
   std::atomic<double> least = enough;
-  parallelFor(mesh.triangles.size(), {}, [&](std::size_t i) {
+  model::forEach(mesh.triangles.size(), [&](std::size_t i) {
     const auto& [a, b, c] = mesh.triangles[i];
     forEachPiece(
         {mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]},

@@ -6,7 +6,8 @@
 #include <optional>
 
 #include <Eigen/Eigenvalues>
-#include <tbb/parallel_for.h>
+
+#include "model/parallel.h"
 
 namespace t4d::measure {
 namespace {
@@ -202,7 +203,7 @@ void LatticeSurface::setApexes() {
   mesh_.vertices.resize(firstApex_ + cones_.size());
   const std::size_t xEnd = visits_.crossings(0).size();
   const std::size_t yEnd = xEnd + visits_.crossings(1).size();
-  tbb::parallel_for(std::size_t{0}, cones_.size(), [&](std::size_t c) {
+  model::forEach(cones_.size(), [&](std::size_t c) {
     Cone& cone = cones_[c];
     std::array<Point3, 12> points;
     std::array<Point3, 12> normals;

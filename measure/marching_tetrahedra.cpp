@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 
-#include "measure/parallel_for.h"
+#include "model/parallel.h"
 
 namespace t4d::measure {
 namespace {
@@ -46,7 +46,7 @@ class Tetrahedra {
 
   void findMixed(std::span<const std::uint64_t> cubes, const model::Progress& progress) {
     mixed_.resize(cubes.size());
-    parallelFor(cubes.size(), progress, [&](std::size_t i) {
+    model::forEach(cubes.size(), progress, [&](std::size_t i) {
       for (unsigned corner = 0; corner < 8; ++corner) {
         const std::uint64_t key = keyOf(cornerOf(indexOf(cubes[i]), corner));
         mixed_[i][corner] =

@@ -4,13 +4,13 @@
 #include <span>
 
 #include <fmt/format.h>
-#include <tbb/parallel_invoke.h>
 
 #include "measure/components.h"
 #include "measure/mesh_parts.h"
 #include "measure/slab_measure.h"
 #include "measure/vertex_links.h"
 #include "model/facets.h"
+#include "model/parallel.h"
 #include "model/shared_parts.h"
 #include "t4d/check.h"
 
@@ -104,13 +104,13 @@ Result<MeshChecker::State::Checked> MeshChecker::State::check(
   if (auto sound = model::checkConnectivity(*connectivity); !sound) return sound.error();
   Checked checked;
   checked.connectivity = connectivity;
-  tbb::parallel_invoke([&] { checked.facets = model::facetTopology(*connectivity); },
-                       [&] {
-                         if (options_.vertexLinks) {
-                           checked.nonManifold = nonManifoldInteriorVertices(*connectivity);
-                         }
-                       },
-                       [&] { checked.components = componentsOf(*connectivity); });
+  model::together([&] { checked.facets = model::facetTopology(*connectivity); },
+                  [&] {
+                    if (options_.vertexLinks) {
+                      checked.nonManifold = nonManifoldInteriorVertices(*connectivity);
+                    }
+                  },
+                  [&] { checked.components = componentsOf(*connectivity); });
   return checked;
 }
 

@@ -5,9 +5,7 @@
 #include <tuple>
 #include <type_traits>
 
-#include <tbb/combinable.h>
-#include <tbb/parallel_for.h>
-
+#include "model/parallel.h"
 #include "model/unit_scale.h"
 #include "t4d/check.h"
 
@@ -253,7 +251,7 @@ Result<double> meanNormalSpeed(std::span<const model::Body> bodies,
     const std::vector<model::Cell>& cells = slab.connectivity->cells;
     // Sums of fixed pieces do not depend on the number of threads.
     Pieces pieces((cells.size() + kPiece - 1) / kPiece);
-    tbb::parallel_for(std::size_t{0}, pieces.size(), [&](std::size_t piece) {
+    model::forEach(pieces.size(), [&](std::size_t piece) {
       const std::size_t end = std::min(cells.size(), (piece + 1) * kPiece);
       for (std::size_t i = piece * kPiece; i < end; ++i) {
         auto corners = cornersOf(slab, cells[i]);
@@ -287,11 +285,11 @@ Result<double> meanNormalSpeed(std::span<const model::Body> bodies,
 Result<MeshQuality> measureQuality(std::span<const model::Body> bodies,
                                    const QualityOptions& options, const model::Progress& progress) {
   // Counts, which may be added in any order.
-  tbb::combinable<Tally> tallies;
+  model::PerThread<Tally> tallies;
   const auto worstOf = [&](const model::Slab& slab) {
     const std::vector<model::Cell>& cells = slab.connectivity->cells;
     std::vector<Worst> worst((cells.size() + kPiece - 1) / kPiece, Worst(options.worst));
-    tbb::parallel_for(std::size_t{0}, worst.size(), [&](std::size_t piece) {
+    model::forEach(worst.size(), [&](std::size_t piece) {
       Tally& tally = tallies.local();
       auto& distributions = slab.timeEnd > slab.timeBegin ? tally.sides : tally.caps;
       const std::size_t end = std::min(cells.size(), (piece + 1) * kPiece);
@@ -320,7 +318,7 @@ Result<MeshQuality> measureQuality(std::span<const model::Body> bodies,
   };
   if (auto done = eachSlab(bodies, progress, worstOf, add); !done) return done.error();
   Tally sum;
-  tallies.combine_each([&](const Tally& tally) {
+  tallies.each([&](const Tally& tally) {
     for (std::size_t k = 0; k < kQualityMeasures.size(); ++k) {
       sum.sides[k].add(tally.sides[k]);
       sum.caps[k].add(tally.caps[k]);
@@ -352,16 +350,14 @@ Result<void> QualitySink::put(const model::Slab& slab) {
   }
   const std::vector<model::Cell>& cells = slab.connectivity->cells;
   std::vector<std::vector<float>> columns(measures_.size(), std::vector<float>(cells.size()));
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, cells.size(), kPiece),
-                    [&](const tbb::blocked_range<std::size_t>& some) {
-                      for (std::size_t i = some.begin(); i < some.end(); ++i) {
-                        const CellQuality quality =
-                            qualityOf(cornersOf(slab, cells[i]), timeScale_);
-                        for (std::size_t k = 0; k < measures_.size(); ++k) {
-                          columns[k][i] = static_cast<float>(quality.*measures_[k].value);
-                        }
-                      }
-                    });
+  model::forRanges(0, cells.size(), kPiece, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const CellQuality quality = qualityOf(cornersOf(slab, cells[i]), timeScale_);
+      for (std::size_t k = 0; k < measures_.size(); ++k) {
+        columns[k][i] = static_cast<float>(quality.*measures_[k].value);
+      }
+    }
+  });
   model::Slab with = slab;
   with.connectivity = kept_;
   dropNamed(with.attributes);

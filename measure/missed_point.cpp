@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include <tbb/parallel_for.h>
+#include "model/parallel.h"
 
 namespace t4d::measure {
 namespace {
@@ -68,7 +68,7 @@ class MissedPoints {
 template <class PointOf>
 std::optional<Point3> firstMissed(std::size_t count, const PointOf& pointOf) {
   std::atomic<std::size_t> first = count;
-  tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+  model::forEach(count, [&](std::size_t i) {
     if (i >= first || !pointOf(i)) return;
     std::size_t before = first;
     while (i < before && !first.compare_exchange_weak(before, i)) {

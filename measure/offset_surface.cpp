@@ -5,8 +5,9 @@
 #include <numbers>
 
 #include "measure/marching_tetrahedra.h"
-#include "measure/parallel_for.h"
 #include "measure/triangle_tree.h"
+#include "model/parallel.h"
+#include "model/progress.h"
 
 namespace t4d::measure {
 namespace {
@@ -36,10 +37,10 @@ class Offset {
         tree_(scaled(surface)) {}
 
   TriangleMesh make(const model::Progress& progress) {
-    findCubes(partOf(progress, 0, 0.5));
-    findValues(partOf(progress, 0.5, 0.9));
+    findCubes(model::partOf(progress, 0, 0.5));
+    findValues(model::partOf(progress, 0.5, 0.9));
     return marchingTetrahedra(lattice_, cubes_, values_, level_ * level_, kOffsetMargin,
-                              partOf(progress, 0.9, 1));
+                              model::partOf(progress, 0.9, 1));
   }
 
  private:
@@ -109,7 +110,7 @@ class Offset {
     points = allCornersOf(cubes_);
     values.resize(points.size());
     const double most = level_ + 2 * std::numbers::sqrt3 * lattice_.spacing * unit_;
-    parallelFor(points.size(), progress, [&](std::size_t i) {
+    model::forEach(points.size(), progress, [&](std::size_t i) {
       const LatticeIndex point = indexOf(points[i]);
       if (visits_.isInside(point)) return;
       const double distance = tree_.nearest(lattice_.place(point) * unit_, most).distance;

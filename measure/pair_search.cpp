@@ -7,13 +7,11 @@
 #include <numeric>
 #include <utility>
 
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_invoke.h>
-
 #include "measure/cell_pair.h"
 #include "measure/hull_distance.h"
 #include "measure/moving_box.h"
 #include "measure/overlap.h"
+#include "model/parallel.h"
 #include "t4d/mesh.h"
 
 namespace t4d::measure {
@@ -106,7 +104,8 @@ class WindowSearch {
     std::size_t end = 0;
     for (std::size_t begin = 0; begin < tasks.size(); begin = end) {
       end = std::min({tasks.size(), 2 * begin + 1, begin + kLargestBatch});
-      tbb::parallel_for(begin, end, [&](std::size_t task) {
+      model::forEach(end - begin, [&](std::size_t i) {
+        const std::size_t task = begin + i;
         found[task] = stretches;
         findContacts(tasks[task], found[task]);
       });
@@ -130,8 +129,8 @@ class WindowSearch {
     };
     std::ranges::stable_sort(tasks, {}, distance);
     std::vector<Clearance> found(tasks.size(), best);
-    tbb::parallel_for(std::size_t{0}, tasks.size(),
-                      [&](std::size_t task) { findNearest(tasks[task], bound, found[task]); });
+    model::forEach(tasks.size(),
+                   [&](std::size_t task) { findNearest(tasks[task], bound, found[task]); });
     for (const Clearance& one : found) {
       const double proven = std::min(best.lowerBound, one.lowerBound);
       if (isNearer(one, best)) best = one;
@@ -433,7 +432,7 @@ Result<void> PairSearch::findInside(const TimeSpan& span, bool continued) {
     const bool joined = continued && gap.begin == span.begin;
     Result<std::vector<SurfacePart>> ofA;
     Result<std::vector<SurfacePart>> ofB;
-    tbb::parallel_invoke(
+    model::together(
         [&] {
           ofA = insideA_.find(a_.slab(), a_.number(), gap, b_.slab(), b_.tree().bounds(), joined);
         },

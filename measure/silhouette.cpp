@@ -6,12 +6,11 @@
 
 #include <Eigen/Eigenvalues>
 #include <fmt/format.h>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 
 #include "measure/exact_signs.h"
 #include "measure/slab_measure.h"
 #include "model/facets.h"
+#include "model/parallel.h"
 #include "model/union_find.h"
 #include "t4d/envelope.h"
 #include "t4d/mesh.h"
@@ -219,7 +218,7 @@ SlabExits exitsOf(const Slab& slab, double origin) {
   SlabExits found;
   found.isExit.resize(cells.size());
   std::vector<SlabExits> sums((cells.size() + kBlock - 1) / kBlock);
-  tbb::parallel_for(std::size_t{0}, sums.size(), [&](std::size_t block) {
+  model::forEach(sums.size(), [&](std::size_t block) {
     SlabExits& sum = sums[block];
     for (std::size_t i = block * kBlock; i < std::min((block + 1) * kBlock, cells.size()); ++i) {
       const auto corner = [&](int k) -> Point3 { return slab.vertices[cells[i][k]].head<3>(); };

@@ -5,11 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_reduce.h>
-
 #include "model/exact_sum.h"
+#include "model/parallel.h"
 #include "model/unit_scale.h"
 
 namespace t4d::measure {
@@ -81,10 +78,10 @@ void addExactFlux(const model::Slab& slab, const model::Cell& cell, const model:
 /// Adds up what `add` puts in for each cell, on all threads.
 template <class Add>
 model::ExactSum sumOver(std::span<const model::Cell> cells, Add add) {
-  return tbb::parallel_reduce(
-      tbb::blocked_range<std::size_t>(0, cells.size(), 1024), model::ExactSum(),
-      [&](const tbb::blocked_range<std::size_t>& some, model::ExactSum sum) {
-        for (std::size_t i = some.begin(); i < some.end(); ++i) add(cells[i], sum);
+  return model::reduce<model::ExactSum>(
+      cells.size(), 1024,
+      [&](std::size_t begin, std::size_t end, model::ExactSum sum) {
+        for (std::size_t i = begin; i < end; ++i) add(cells[i], sum);
         return sum;
       },
       [](model::ExactSum a, const model::ExactSum& b) {
@@ -208,7 +205,7 @@ SlabMeasure measureOf(const model::Slab& given, const model::Point4& givenRoundi
     std::vector<std::uint32_t> flat;
   };
   std::vector<Piece> pieces((cells.size() + kSummedCells - 1) / kSummedCells);
-  tbb::parallel_for(std::size_t{0}, pieces.size(), [&](std::size_t number) {
+  model::forEach(pieces.size(), [&](std::size_t number) {
     Piece& piece = pieces[number];
     const std::size_t end = std::min(cells.size(), (number + 1) * kSummedCells);
     for (std::size_t i = number * kSummedCells; i < end; ++i) {
@@ -254,7 +251,7 @@ int hypervolumeSign(std::span<const model::Point4> vertices, std::span<const mod
     double magnitude = 0;
   };
   std::vector<Piece> pieces((cells.size() + kSummedCells - 1) / kSummedCells);
-  tbb::parallel_for(std::size_t{0}, pieces.size(), [&](std::size_t number) {
+  model::forEach(pieces.size(), [&](std::size_t number) {
     Piece& piece = pieces[number];
     const std::size_t end = std::min(cells.size(), (number + 1) * kSummedCells);
     for (std::size_t i = number * kSummedCells; i < end; ++i) {

@@ -6,13 +6,10 @@
 #include <optional>
 #include <span>
 
-#include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_sort.h>
-
 #include "measure/seen_part.h"
 #include "measure/space_time_tetrahedron.h"
 #include "measure/space_time_tree.h"
+#include "model/parallel.h"
 #include "t4d/mesh.h"
 
 namespace t4d::measure {
@@ -96,7 +93,7 @@ std::vector<Neighbours> neighboursOf(const CellSet& set) {
     }
     ++number;
   }
-  tbb::parallel_sort(facets);
+  model::sort(facets.begin(), facets.end());
   std::vector<Neighbours> all(number,
                               {model::kNoIndex, model::kNoIndex, model::kNoIndex, model::kNoIndex});
   for (std::size_t i = 0; i + 1 < facets.size(); ++i) {
@@ -409,12 +406,11 @@ bool SliceBound::isNear(const Point4& point, double distance) const {
 }
 
 std::vector<std::uint32_t> SliceBound::notProvedNear(const CellSet& cells, double distance) const {
-  tbb::enumerable_thread_specific<Proof> proofs([&] { return Proof(*to_, distance); });
+  model::PerThread<Proof> proofs([&] { return Proof(*to_, distance); });
   std::vector<char> isProved(cells.cells.size(), 1);
-  using Range = tbb::blocked_range<std::size_t>;
-  tbb::parallel_for(Range(0, cells.cells.size(), 64), [&](const Range& range) {
+  model::forRanges(0, cells.cells.size(), 64, [&](std::size_t begin, std::size_t end) {
     Proof& proof = proofs.local();
-    for (std::size_t i = range.begin(); i < range.end(); ++i) {
+    for (std::size_t i = begin; i < end; ++i) {
       if (isAtOneTime(cornersIn(cells, cells.cells[i]))) continue;
       isProved[i] = proof.prove(cornersIn(cells, cells.cells[i])) ? 1 : 0;
     }

@@ -4,9 +4,9 @@
 #include <numeric>
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
 #include "measure/surface_genus.h"
+#include "model/parallel.h"
 #include "t4d/check.h"
 #include "t4d/mesh.h"
 #include "t4d/slice.h"
@@ -81,33 +81,30 @@ Result<std::vector<std::vector<SolidMeasures>>> measuresOfEach(std::span<const m
   }
   std::vector<Result<void>> outcomes(runs);
   std::atomic<std::size_t> done = 0;
-  tbb::parallel_for(
-      std::size_t{0}, runs,
-      [&](std::size_t run) {
-        const auto own =
-            std::span(order).subspan(run * kRun, std::min(kRun, order.size() - run * kRun));
-        for (std::size_t b = 0; b < bodies.size(); ++b) {
-          const model::Source& source = *bodies[b].source;
-          std::vector<std::size_t> there;
-          std::vector<double> at;
-          for (const std::size_t i : own) {
-            if (!model::timeWithin(source, times[i])) continue;
-            there.push_back(i);
-            at.push_back(times[i]);
-          }
-          const auto slices = slice::sliceAtTimes(source, at);
-          for (std::size_t k = 0; k < there.size(); ++k) {
-            if (!slices[k]) {
-              outcomes[run] = slices[k].error();
-              return;
-            }
-            measures[b][there[k]].add(measuresOf(slices[k]->mesh));
-          }
+  model::forEachTask(runs, [&](std::size_t run) {
+    const auto own =
+        std::span(order).subspan(run * kRun, std::min(kRun, order.size() - run * kRun));
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+      const model::Source& source = *bodies[b].source;
+      std::vector<std::size_t> there;
+      std::vector<double> at;
+      for (const std::size_t i : own) {
+        if (!model::timeWithin(source, times[i])) continue;
+        there.push_back(i);
+        at.push_back(times[i]);
+      }
+      const auto slices = slice::sliceAtTimes(source, at);
+      for (std::size_t k = 0; k < there.size(); ++k) {
+        if (!slices[k]) {
+          outcomes[run] = slices[k].error();
+          return;
         }
-        done += own.size();
-        if (progress) progress(static_cast<double>(done) / static_cast<double>(times.size()));
-      },
-      tbb::simple_partitioner());
+        measures[b][there[k]].add(measuresOf(slices[k]->mesh));
+      }
+    }
+    done += own.size();
+    if (progress) progress(static_cast<double>(done) / static_cast<double>(times.size()));
+  });
   for (const Result<void>& outcome : outcomes) {
     if (!outcome) return outcome.error();
   }

@@ -7,7 +7,8 @@
 
 #include <fmt/format.h>
 
-#include "measure/parallel_for.h"
+#include "model/parallel.h"
+#include "model/progress.h"
 #include "model/voxel_size.h"
 
 namespace t4d::measure {
@@ -90,11 +91,11 @@ std::vector<std::uint64_t> cubesThatMeet(
   for (;; size /= 2) {
     std::vector<std::uint8_t> meets(blocks.size());
     // Nearly all of the work is that of the last rounds.
-    const model::Progress shown = size == 1   ? partOf(progress, 0.5, 1)
-                                  : size == 2 ? partOf(progress, 0, 0.5)
+    const model::Progress shown = size == 1   ? model::partOf(progress, 0.5, 1)
+                                  : size == 2 ? model::partOf(progress, 0, 0.5)
                                               : model::Progress();
-    parallelFor(blocks.size(), shown,
-                [&](std::size_t i) { meets[i] = mayMeet(indexOf(blocks[i]), size) ? 1 : 0; });
+    model::forEach(blocks.size(), shown,
+                   [&](std::size_t i) { meets[i] = mayMeet(indexOf(blocks[i]), size) ? 1 : 0; });
     std::vector<std::uint64_t> next;
     for (std::size_t i = 0; i < blocks.size(); ++i) {
       if (meets[i] == 0) continue;

@@ -6,7 +6,6 @@
 #include <set>
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include "fixtures/fields.h"
 #include "fixtures/motions.h"
@@ -14,6 +13,7 @@
 #include "fixtures/solids.h"
 #include "measure/surface_genus.h"
 #include "measure/woven_noise.h"
+#include "model/parallel.h"
 #include "model/source_part.h"
 #include "model/union_find.h"
 #include "t4d/slice.h"
@@ -405,7 +405,7 @@ TEST(Tracks, DoNotDependOnThreads) {
     return text;
   };
   const std::string all = textOf(tracksIn(mesh));
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
+  const model::ThreadLimit limit(1);
   EXPECT_EQ(textOf(tracksIn(mesh)), all);
   EXPECT_FALSE(all.empty());
 }

@@ -4,9 +4,8 @@
 #include <array>
 #include <optional>
 
-#include <tbb/parallel_for.h>
-
 #include "measure/exact_signs.h"
+#include "model/parallel.h"
 
 namespace t4d::measure {
 namespace {
@@ -93,7 +92,7 @@ Result<void> VisitFieldBuilder::put(const model::Slab& slab) {
   const std::vector<model::Cell>& cells = slab.connectivity->cells;
   const SpaceLattice& lattice = fields_.lattice;
   std::vector<std::vector<Cover>> found((cells.size() + kSomeCells - 1) / kSomeCells);
-  tbb::parallel_for(std::size_t{0}, found.size(), [&](std::size_t group) {
+  model::forEach(found.size(), [&](std::size_t group) {
     const std::size_t end = std::min((group + 1) * kSomeCells, cells.size());
     for (std::size_t i = group * kSomeCells; i < end; ++i) {
       ProjectedCell cell(slab, cells[i]);

@@ -5,12 +5,9 @@
 #include <limits>
 #include <optional>
 
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_reduce.h>
-#include <tbb/parallel_sort.h>
-
 #include "measure/exact_signs.h"
-#include "measure/parallel_for.h"
+#include "model/parallel.h"
+#include "model/progress.h"
 
 namespace t4d::measure {
 namespace {
@@ -136,7 +133,7 @@ std::vector<VisitLattice::Event> VisitLattice::eventsAlong(const TriangleMesh& s
   const int v = (axis + 2) % 3;
   const std::size_t groups = (surface.triangles.size() + kTogether - 1) / kTogether;
   std::vector<std::vector<Event>> found(groups);
-  parallelFor(groups, progress, [&](std::size_t group) {
+  model::forEach(groups, progress, [&](std::size_t group) {
     const std::size_t end = std::min((group + 1) * kTogether, surface.triangles.size());
     for (std::size_t i = group * kTogether; i < end; ++i) {
       const std::array<Point3, 3> corners = cornersOf(surface, i);
@@ -197,7 +194,7 @@ std::vector<VisitLattice::Event> VisitLattice::eventsAlong(const TriangleMesh& s
     events.insert(events.end(), some.begin(), some.end());
     some = {};
   }
-  tbb::parallel_sort(events);
+  model::sort(events.begin(), events.end());
   return events;
 }
 
@@ -295,7 +292,7 @@ std::vector<LatticeCrossing> VisitLattice::crossingsOf(const TriangleMesh& surfa
                                                        std::span<const Edge> edges,
                                                        std::span<const Event> events) const {
   std::vector<LatticeCrossing> crossings(edges.size());
-  tbb::parallel_for(std::size_t{0}, edges.size(), [&](std::size_t e) {
+  model::forEach(edges.size(), [&](std::size_t e) {
     const Edge& edge = edges[e];
     LatticeCrossing& crossing = crossings[e];
     crossing.key = edge.key;
@@ -327,7 +324,9 @@ std::vector<LatticeCrossing> VisitLattice::crossingsOf(const TriangleMesh& surfa
 VisitLattice::VisitLattice(const TriangleMesh& surface, SpaceLattice lattice,
                            const model::Progress& progress, bool withCrossings)
     : lattice_(std::move(lattice)) {
-  const auto third = [&](int which) { return partOf(progress, which / 3.0, (which + 1) / 3.0); };
+  const auto third = [&](int which) {
+    return model::partOf(progress, which / 3.0, (which + 1) / 3.0);
+  };
   const std::vector<Event> upward =
       eventsAlong(surface, 2, {}, withCrossings ? third(0) : progress);
   setColumns(upward);
@@ -353,11 +352,10 @@ struct LatticeWork {
 };
 
 LatticeWork workOf(const TriangleMesh& surface, const SpaceLattice& lattice) {
-  using Triangles = tbb::blocked_range<std::size_t>;
-  LatticeWork work = tbb::parallel_deterministic_reduce(
-      Triangles(0, surface.triangles.size(), kTogether), LatticeWork(),
-      [&](const Triangles& some, LatticeWork sum) {
-        for (std::size_t i = some.begin(); i != some.end(); ++i) {
+  LatticeWork work = model::reduce<LatticeWork>(
+      surface.triangles.size(), kTogether,
+      [&](std::size_t begin, std::size_t end, LatticeWork sum) {
+        for (std::size_t i = begin; i < end; ++i) {
           const auto [a, b, c] = cornersOf(surface, i);
           const Point3 u = (b - a) / lattice.spacing;
           const Point3 v = (c - a) / lattice.spacing;

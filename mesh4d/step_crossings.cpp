@@ -11,7 +11,8 @@
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/box_intersection_d.h>
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
+
+#include "model/parallel.h"
 
 namespace t4d::mesh4d {
 namespace {
@@ -383,7 +384,7 @@ class PairTester {
   void finish() {
     const std::size_t pieces = (waiting_.size() + kPiece - 1) / kPiece;
     std::vector<Meetings> ofPieces(pieces);
-    tbb::parallel_for(std::size_t{0}, pieces, [&](std::size_t piece) {
+    model::forEach(pieces, [&](std::size_t piece) {
       const std::size_t end = std::min(waiting_.size(), (piece + 1) * kPiece);
       for (std::size_t i = piece * kPiece; i < end; ++i) test(waiting_[i], ofPieces[piece]);
     });

@@ -3,10 +3,10 @@
 #include <random>
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include "fixtures/solids.h"
 #include "mesh4d/cap.h"
+#include "model/parallel.h"
 #include "t4d/mesh.h"
 #include "t4d/motion.h"
 #include "t4d/sweep.h"
@@ -128,7 +128,7 @@ TEST(StepCrossings, DoNotDependOnTheNumberOfThreads) {
     return {-p.x(), std::cos(angle) * p.y() - p.z(), std::sin(angle) * p.z() + p.y()};
   });
   const auto found = [&](std::size_t threads) {
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    const model::ThreadLimit limit(threads);
     return sweptStep(solid, to);
   };
   const SweepReport one = found(1);

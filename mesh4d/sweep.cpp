@@ -17,8 +17,8 @@
 #include "mesh4d/step_crossings.h"
 #include "mesh4d/steps.h"
 #include "model/corner_attributes.h"
-#include "model/in_order.h"
 #include "model/limits.h"
+#include "model/parallel.h"
 #include "model/surface_check.h"
 
 namespace t4d::mesh4d {

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include <tbb/parallel_for.h>
+#include "model/parallel.h"
 
 namespace t4d::mill {
 namespace {
@@ -28,7 +28,7 @@ ProjectedVolume sumOf(const model::TimeSpan& time, std::uint64_t count,
                       std::span<const model::Point4> vertices, const CellsOf& cellsOf) {
   const std::uint64_t groups = (count + kTogether - 1) / kTogether;
   std::vector<ProjectedVolume> parts(groups);
-  tbb::parallel_for(std::uint64_t{0}, groups, [&](std::uint64_t group) {
+  model::forEach(groups, [&](std::uint64_t group) {
     const std::uint64_t first = group * kTogether;
     cellsOf(first, std::min(kTogether, count - first),
             [&](std::span<const model::Cell> cells) { add(parts[group], cells, vertices); });
@@ -54,13 +54,11 @@ Result<void> ProjectedVolumes::put(const model::Slab& slab) {
 
 Result<void> ProjectedVolumes::putStreamed(const model::StreamedSlab& slab) {
   std::vector<model::Point4> vertices(slab.vertexCount);
-  tbb::parallel_for(
-      std::uint64_t{0}, (vertices.size() + kTogether - 1) / kTogether, [&](std::uint64_t group) {
-        const std::uint64_t first = group * kTogether;
-        slab.vertices(
-            static_cast<std::uint32_t>(first),
-            std::span(vertices).subspan(first, std::min(kTogether, vertices.size() - first)));
-      });
+  model::forEach((vertices.size() + kTogether - 1) / kTogether, [&](std::uint64_t group) {
+    const std::uint64_t first = group * kTogether;
+    slab.vertices(static_cast<std::uint32_t>(first),
+                  std::span(vertices).subspan(first, std::min(kTogether, vertices.size() - first)));
+  });
   take_(sumOf(slab.time, slab.cellCount, vertices,
               [&](std::uint64_t first, std::uint64_t count, const auto& use) {
                 std::vector<model::Cell> cells(count);

@@ -7,9 +7,9 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
 #include "measure/visit_lattice.h"
+#include "model/parallel.h"
 #include "model/voxel_size.h"
 #include "t4d/mesh.h"
 
@@ -126,7 +126,7 @@ class StockField::Sampled {
       }
       return visits.isInside(index);
     };
-    tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
+    model::forEach(blocks.size(), [&](std::size_t b) {
       auto& [block, values] = blocks[b];
       for (std::int32_t i = 0; i < 512; ++i) {
         const Index3 point = {kSize * block[0] + (i >> 6), kSize * block[1] + (i >> 3 & 7),

@@ -4,7 +4,7 @@
 #include <memory>
 #include <utility>
 
-#include "model/in_order.h"
+#include "model/parallel.h"
 
 namespace t4d::model {
 namespace {

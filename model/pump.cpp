@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "model/in_order.h"
+#include "model/parallel.h"
 #include "t4d/mesh.h"
 
 namespace t4d::model {

@@ -5,9 +5,8 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
-#include "model/in_order.h"
+#include "model/parallel.h"
 #include "model/shared_parts.h"
 #include "t4d/mesh.h"
 
@@ -72,7 +71,7 @@ class Times : public Sink {
 
 TEST(Pump, PutsSlabsInOrderWithWhatWasPreparedOfThem) {
   for (const std::size_t threads : {1U, 2U, 5U}) {
-    const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+    const ThreadLimit control(threads);
     const Slow source(10);
     Times times;
     double progress = 0;
@@ -87,7 +86,7 @@ TEST(Pump, PutsSlabsInOrderWithWhatWasPreparedOfThem) {
 }
 
 TEST(Pump, HasTwoSlabsInMemoryUnlessTheyAreKnownToBeSmall) {
-  const tbb::global_control control(tbb::global_control::max_allowed_parallelism, 4);
+  const ThreadLimit control(4);
   const auto mostOf = [](std::optional<std::uint64_t> cells) {
     const Slow source(cells);
     Times times;

@@ -5,8 +5,7 @@
 #include <mutex>
 #include <utility>
 
-#include <tbb/task_arena.h>
-
+#include "model/parallel.h"
 #include "t4d/error.h"
 
 namespace t4d::model {
@@ -26,7 +25,7 @@ class SharedParts {
     const std::scoped_lock lock(entry->mutex);
     if (!entry->made) {
       // A thread that waits here must not start on another slab, which could need the same part.
-      auto made = tbb::this_task_arena::isolate(make);
+      auto made = isolate(make);
       if (!made) return made.error();
       entry->part = std::move(*made);
       entry->made = true;

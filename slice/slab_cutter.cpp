@@ -7,7 +7,7 @@
 #include <set>
 #include <utility>
 
-#include "model/in_order.h"
+#include "model/parallel.h"
 #include "slice/prisms.h"
 #include "slice/surface_motion.h"
 

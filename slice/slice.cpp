@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "model/in_order.h"
+#include "model/parallel.h"
 #include "model/slab_groups.h"
 #include "slice/slab_at_time.h"
 #include "slice/slab_cutter.h"

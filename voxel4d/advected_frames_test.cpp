@@ -5,10 +5,10 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include "fixtures/splash.h"
 #include "measure/surface_distance.h"
+#include "model/parallel.h"
 #include "t4d/check.h"
 #include "t4d/mesh.h"
 #include "t4d/slice.h"
@@ -202,7 +202,7 @@ TEST(AdvectedFrames, ASplashGoesOnBetweenFrames) {
 
 TEST(AdvectedFrames, AreTheSameForAnyNumberOfThreads) {
   const auto valuesWith = [](std::size_t threads) {
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    const model::ThreadLimit limit(threads);
     const auto frames = carried(bar(3), {0, 1}, 2);
     EXPECT_TRUE(frames->frame(0));
     const auto frame = frames->frame(1);

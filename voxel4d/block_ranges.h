@@ -7,9 +7,7 @@
 #include <span>
 #include <vector>
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-#include <tbb/partitioner.h>
+#include "model/parallel.h"
 
 namespace t4d::voxel4d {
 
@@ -39,12 +37,9 @@ void makeRange(std::uint64_t first, std::span<T> into, std::size_t blocks, Begin
   };
   constexpr std::size_t kTask = 8192;  // elements, which are made in the time of many task switches
   const std::size_t grain = 1 + (to - from) * kTask / into.size();
-  tbb::parallel_for(
-      tbb::blocked_range<std::size_t>(from, to, grain),
-      [&](const tbb::blocked_range<std::size_t>& some) {
-        for (std::size_t block = some.begin(); block < some.end(); ++block) makeBlock(block);
-      },
-      tbb::simple_partitioner());
+  model::forRanges(from, to, grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t block = begin; block < end; ++block) makeBlock(block);
+  });
 }
 
 }  // namespace t4d::voxel4d

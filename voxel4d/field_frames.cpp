@@ -4,8 +4,8 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
+#include "model/parallel.h"
 #include "model/voxel_size.h"
 #include "t4d/frames.h"
 #include "voxel4d/sample_box.h"
@@ -25,7 +25,7 @@ class FieldFrames : public FrameSource {
   Result<Frame> frame(std::size_t index) override {
     const auto [nx, ny, nz] = size_;
     const auto values = std::make_shared<std::vector<double>>(nx * ny * nz);
-    tbb::parallel_for(std::size_t{0}, nx, [&, ny = ny, nz = nz](std::size_t x) {
+    model::forEach(nx, [&, ny = ny, nz = nz](std::size_t x) {
       double* value = values->data() + x * ny * nz;
       for (std::size_t y = 0; y < ny; ++y) {
         for (std::size_t z = 0; z < nz; ++z) {

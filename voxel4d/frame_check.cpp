@@ -6,9 +6,9 @@
 
 #include <Eigen/LU>
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
 #include "model/limits.h"
+#include "model/parallel.h"
 #include "t4d/frames.h"
 #include "voxel4d/occupancy.h"
 
@@ -139,8 +139,7 @@ Result<void> checkFrame(const Frame& frame) {
     if (tiles.covers(coord, 1)) return invalid(named("block", coord) + " lies within a tile");
   }
   std::vector<std::string> faults(frame.blocks.size());
-  tbb::parallel_for(std::size_t{0}, frame.blocks.size(),
-                    [&](std::size_t i) { faults[i] = faultOfValues(frame, i); });
+  model::forEach(frame.blocks.size(), [&](std::size_t i) { faults[i] = faultOfValues(frame, i); });
   for (std::size_t i = 0; i < faults.size(); ++i) {
     if (faults[i].empty()) continue;
     return invalid(fmt::format("{} {}", named("block", frame.blocks[i].coord), faults[i]));

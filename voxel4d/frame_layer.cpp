@@ -7,9 +7,8 @@
 #include <limits>
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_sort.h>
 
+#include "model/parallel.h"
 #include "platform/freed_memory.h"
 #include "voxel4d/block_ranges.h"
 
@@ -25,7 +24,7 @@ std::uint64_t mostBareFaces(std::size_t storedBlocks) {
 }
 
 void sortUnique(std::vector<Coord>& coords) {
-  tbb::parallel_sort(coords.begin(), coords.end());
+  model::sort(coords.begin(), coords.end());
   coords.erase(std::unique(coords.begin(), coords.end()), coords.end());
 }
 
@@ -168,7 +167,7 @@ Result<void> FrameLayer::findSurfaceBlocks() {
   sortUnique(candidates);
 
   std::vector<std::uint8_t> mixed(candidates.size());
-  tbb::parallel_for(std::size_t{0}, candidates.size(), [&](std::size_t i) {
+  model::forEach(candidates.size(), [&](std::size_t i) {
     bool all = true;
     bool any = false;
     for (unsigned d = 0; d < 8; ++d) {
@@ -184,7 +183,7 @@ Result<void> FrameLayer::findSurfaceBlocks() {
     if (mixed[i] != 0) surfaceBlocks_.push_back(candidates[i]);
   }
   const WeavingOrder order(surfaceBlocks_.size());
-  if (!order.isPlain()) tbb::parallel_sort(surfaceBlocks_.begin(), surfaceBlocks_.end(), order);
+  if (!order.isPlain()) model::sort(surfaceBlocks_.begin(), surfaceBlocks_.end(), order);
   return {};
 }
 
@@ -206,7 +205,7 @@ Result<void> FrameLayer::numberCrossings() {
   // Edges begin in a block that also contains the start of a mixed cube. In a third of those none
   // does; room for them would be a tenth of the memory of a large frame.
   std::vector<std::uint8_t> any(surfaceBlocks_.size());
-  tbb::parallel_for(std::size_t{0}, any.size(), [&](std::size_t i) {
+  model::forEach(any.size(), [&](std::size_t i) {
     any[i] = crossingsIn(surfaceBlocks_[i]).count() > 0 ? 1 : 0;
   });
   std::vector<Coord> coords;
@@ -215,8 +214,7 @@ Result<void> FrameLayer::numberCrossings() {
     if (any[i] != 0) coords.push_back(surfaceBlocks_[i]);
   }
   crossings_.resize(coords.size());
-  tbb::parallel_for(std::size_t{0}, coords.size(),
-                    [&](std::size_t i) { crossings_[i] = crossingsIn(coords[i]); });
+  model::forEach(coords.size(), [&](std::size_t i) { crossings_[i] = crossingsIn(coords[i]); });
   crossingIndex_.reserve(crossings_.size());
   for (std::uint32_t i = 0; i < crossings_.size(); ++i) {
     const auto next = numberFrom(vertexCount_, crossings_[i]);
@@ -270,8 +268,8 @@ Result<void> FrameLayer::keepFractions(std::size_t largeFrame) {
   const std::size_t blockBytes = valueSizeOf(frame_) * std::tuple_size_v<ValueBuffer>;
   if (blockBytes == 0 || blockBytes * frame_.blocks.size() < largeFrame) {
     fractions_.resize(vertexCount_);
-    tbb::parallel_for(std::size_t{0}, crossings_.size(),
-                      [&](std::size_t i) { find(crossings_[i], fractions_.data() + firstOf(i)); });
+    model::forEach(crossings_.size(),
+                   [&](std::size_t i) { find(crossings_[i], fractions_.data() + firstOf(i)); });
     hasTwoValues_ = same;
     return {};
   }
@@ -283,8 +281,8 @@ Result<void> FrameLayer::keepFractions(std::size_t largeFrame) {
     const std::uint32_t firstInPart = firstOf(begin);
     while (end < crossings_.size() && firstOf(end) < std::uint64_t{firstInPart} + kMost) ++end;
     fractions.resize(firstOf(end) - firstInPart);
-    tbb::parallel_for(begin, end, [&](std::size_t i) {
-      find(crossings_[i], fractions.data() + (firstOf(i) - firstInPart));
+    model::forEach(end - begin, [&](std::size_t i) {
+      find(crossings_[begin + i], fractions.data() + (firstOf(begin + i) - firstInPart));
     });
     if (auto added = (*file)->append(std::as_bytes(std::span(fractions))); !added) return added;
   }

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <bit>
 
-#include <tbb/parallel_for.h>
-
+#include "model/parallel.h"
 #include "model/union_find.h"
 #include "t4d/mesh.h"
 
@@ -139,8 +138,7 @@ std::vector<Alone> aloneOf(const IndexedFrame& frame, const FrameParts& parts,
 FrameParts::FrameParts(const IndexedFrame& frame) {
   const std::vector<Block>& blocks = frame.blocks;
   std::vector<std::vector<Piece>> found(blocks.size());
-  tbb::parallel_for(std::size_t{0}, blocks.size(),
-                    [&](std::size_t i) { found[i] = piecesIn(blocks[i].inside); });
+  model::forEach(blocks.size(), [&](std::size_t i) { found[i] = piecesIn(blocks[i].inside); });
   for (const std::vector<Piece>& pieces : found) {
     firstPiece_.push_back(static_cast<std::uint32_t>(pieces_.size()));
     pieces_.insert(pieces_.end(), pieces.begin(), pieces.end());

@@ -6,8 +6,8 @@
 #include <unordered_set>
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
+#include "model/parallel.h"
 #include "voxel4d/pattern_table.h"
 
 namespace t4d::voxel4d {
@@ -257,8 +257,7 @@ class CapBuilder {
                       vertices, cells));
     }
     cells_.resize(cells);
-    tbb::parallel_for(std::size_t{0}, blocks_.size(),
-                      [&](std::size_t i) { emitCells(blocks_[i]); });
+    model::forEach(blocks_.size(), [&](std::size_t i) { emitCells(blocks_[i]); });
     auto connectivity = std::make_shared<model::Connectivity>();
     connectivity->vertexCount = static_cast<std::uint32_t>(vertices);
     (first_ ? connectivity->upperCount : connectivity->lowerCount) =
@@ -275,7 +274,7 @@ class CapBuilder {
  private:
   void findLeaves() {
     blocks_.resize(layer_.surfaceBlocks().size());
-    tbb::parallel_for(std::size_t{0}, blocks_.size(), [&](std::size_t i) {
+    model::forEach(blocks_.size(), [&](std::size_t i) {
       blocks_[i].coord = layer_.surfaceBlocks()[i];
       findCubes(layer_, blocks_[i]);
     });

@@ -4,8 +4,8 @@
 #include <random>
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
+#include "model/parallel.h"
 #include "t4d/check.h"
 #include "t4d/weave.h"
 
@@ -251,7 +251,7 @@ TEST(GradedCap, SameBytesForAnyNumberOfThreads) {
   SolidFrames frames(8, randomSolid(5, 32));
   std::vector<model::Mesh> meshes(2);
   for (const std::size_t threads : {1U, 5U}) {
-    const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+    const model::ThreadLimit control(threads);
     ASSERT_TRUE(weave(frames, {CapStyle::Graded}, meshes[threads == 1 ? 0 : 1]));
   }
   for (const std::size_t cap : {0U, 2U}) {

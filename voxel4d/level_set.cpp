@@ -5,8 +5,8 @@
 
 #include <openvdb/tools/MeshToVolume.h>
 #include <openvdb/tools/Prune.h>
-#include <tbb/parallel_for.h>
 
+#include "model/parallel.h"
 #include "voxel4d/occupancy.h"
 #include "voxel4d/vdb_grid.h"
 
@@ -92,7 +92,7 @@ openvdb::FloatGrid::Ptr levelSetOf(const Occupancy& occupancy, const Lattice& la
 
   std::vector<openvdb::FloatTree::LeafNodeType*> leaves;
   tree.getNodes(leaves);
-  tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t i) {
+  model::forEach(leaves.size(), [&](std::size_t i) {
     const BlockMask mask = insideOf(inside, blockAt(leaves[i]->origin()));
     float* value = leaves[i]->buffer().data();
     for (unsigned j = 0; j < 512; ++j) {

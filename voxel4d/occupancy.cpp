@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
 #include "model/distance.h"
+#include "model/parallel.h"
 #include "model/surface_check.h"
 #include "model/voxel_size.h"
 #include "voxel4d/fixed_point.h"
@@ -416,7 +416,7 @@ bool fill(const Scene& scene, const BlockBox& box, const Parts& parts, Frame& fr
     bool overlaps = false;
   };
   std::vector<Found> slices(Buckets::slicesOf(box));
-  tbb::parallel_for(std::size_t{0}, slices.size(), [&](std::size_t i) {
+  model::forEach(slices.size(), [&](std::size_t i) {
     BlockSlice slice(scene, box, box.min.x + static_cast<std::int32_t>(i), parts);
     slices[i] = {std::move(slice.blocks), std::move(slice.tiles), std::move(slice.removed),
                  slice.overlaps};
@@ -436,7 +436,7 @@ bool fill(const Scene& scene, const BlockBox& box, const Parts& parts, Frame& fr
            (isInside({p.x, p.y - 1, p.z}) && isInside({p.x, p.y + 1, p.z})) ||
            (isInside({p.x, p.y, p.z - 1}) && isInside({p.x, p.y, p.z + 1}));
   };
-  tbb::parallel_for(std::size_t{0}, slices.size(), [&](std::size_t i) {
+  model::forEach(slices.size(), [&](std::size_t i) {
     Found& slice = slices[i];
     slice.overlaps = slice.overlaps || std::ranges::any_of(slice.removed, isBetween);
   });

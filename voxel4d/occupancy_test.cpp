@@ -6,9 +6,9 @@
 #include <numbers>
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include "fixtures/solids.h"
+#include "model/parallel.h"
 #include "t4d/motion.h"
 
 namespace t4d::voxel4d {
@@ -157,7 +157,7 @@ TEST(Occupancy, BlocksAndTilesAreInOrderAndMixedAreBlocks) {
 TEST(Occupancy, IsTheSameForAnyNumberOfThreads) {
   const auto mesh = posed(fixtures::boltWithThread(), turned(12, {1, 1, 0}, {0.1, 0.2, 0.3}));
   const auto run = [&](std::size_t threads) {
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    const model::ThreadLimit limit(threads);
     return *occupancy(mesh, {0.3, Point3::Zero()}, 0);
   };
   const Frame one = run(1);

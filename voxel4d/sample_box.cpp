@@ -9,7 +9,8 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
+
+#include "model/parallel.h"
 
 namespace t4d::voxel4d {
 namespace {
@@ -374,7 +375,7 @@ SampleSigns signsOfType(const SampleBox& box, const SampleRule& rule) {
     Key largest = std::numeric_limits<Key>::min();
   };
   std::vector<Found> found(slow);
-  tbb::parallel_for(std::size_t{0}, slow, [&](std::size_t s) {
+  model::forEach(slow, [&](std::size_t s) {
     BlockRow<T> row(box, rule, axes, judged);
     for (std::size_t m = 0; m < middle; ++m) row.find(s, m, found[s].signs);
     found[s].least = row.least();

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
+#include "model/parallel.h"
 #include "voxel4d/occupancy.h"
 
 namespace t4d::voxel4d {
@@ -71,7 +71,7 @@ class SampledFrames : public FrameSource {
       }
     }
     std::vector<Found> found(cubes.size());
-    tbb::parallel_for(std::size_t{0}, cubes.size(), [&](std::size_t i) {
+    model::forEach(cubes.size(), [&](std::size_t i) {
       sample(cubes[i], kLargestCube, time, found[i]);
       found[i].samples.doubles.shrink_to_fit();
       found[i].samples.floats.shrink_to_fit();

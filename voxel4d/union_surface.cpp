@@ -9,8 +9,7 @@
 #include <limits>
 #include <optional>
 
-#include <tbb/parallel_for.h>
-
+#include "model/parallel.h"
 #include "model/surface_edges.h"
 #include "voxel4d/box_tree.h"
 #include "voxel4d/convex_pieces.h"
@@ -312,7 +311,7 @@ UnionSurface unionSurface(std::span<const Point3> points, std::span<const Triang
   std::vector<std::vector<PlaneSegment>> cuts(triangles.size());
   std::atomic<bool> meets = false;
   std::atomic<std::uint64_t> cutCount = 0;
-  tbb::parallel_for(std::size_t{0}, triangles.size(), [&](std::size_t i) {
+  model::forEach(triangles.size(), [&](std::size_t i) {
     const auto triangle = static_cast<std::uint32_t>(i);
     if (!surface.hasArea(triangle) || cutCount > kMostCuts) return;
     const Chart chart = surface.chartOf(triangle);
@@ -327,7 +326,7 @@ UnionSurface unionSurface(std::span<const Point3> points, std::span<const Triang
   };
   if (cutCount > kMostCuts) return whole();
   std::vector<CutTriangle> cut(triangles.size());
-  tbb::parallel_for(std::size_t{0}, triangles.size(), [&](std::size_t i) {
+  model::forEach(triangles.size(), [&](std::size_t i) {
     if (cuts[i].empty()) return;
     const auto triangle = static_cast<std::uint32_t>(i);
     const ConvexPolygon polygon = surface.polygonOf(triangle, surface.chartOf(triangle));
@@ -340,7 +339,7 @@ UnionSurface unionSurface(std::span<const Point3> points, std::span<const Triang
     within = withinByComponents(surface, triangles);
   } else {
     within.resize(triangles.size());
-    tbb::parallel_for(std::size_t{0}, triangles.size(), [&](std::size_t i) {
+    model::forEach(triangles.size(), [&](std::size_t i) {
       const auto triangle = static_cast<std::uint32_t>(i);
       if (!surface.hasArea(triangle)) return;
       const Chart chart = surface.chartOf(triangle);

@@ -7,8 +7,8 @@
 #include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/LevelSetSphere.h>
-#include <tbb/global_control.h>
 
+#include "model/parallel.h"
 #include "platform/test_folder.h"
 #include "t4d/frames.h"
 #include "t4d/weave.h"
@@ -434,7 +434,7 @@ TEST_F(VdbFrames, OneOfSeveralGridsByName) {
 TEST_F(VdbFrames, AreTheSameForAnyNumberOfThreads) {
   const auto path = write("a.vdb", {sphereAt(0, 60), sphereAt(1, 61)});
   const auto run = [&](std::size_t threads) {
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    const model::ThreadLimit limit(threads);
     return read({path});
   };
   const auto one = run(1);

@@ -9,8 +9,8 @@
 #include <openvdb/io/io.h>
 #include <openvdb/tools/Prune.h>
 #include <openvdb/util/Name.h>
-#include <tbb/parallel_for.h>
 
+#include "model/parallel.h"
 #include "voxel4d/frame_file.h"
 #include "voxel4d/occupancy.h"
 
@@ -86,7 +86,7 @@ Result<void> addTiles(const std::vector<const Node*>& nodes, const Rule<Value>& 
     bool usable = true;
   };
   std::vector<Found> found(nodes.size());
-  tbb::parallel_for(std::size_t{0}, nodes.size(), [&](std::size_t i) {
+  model::forEach(nodes.size(), [&](std::size_t i) {
     for (auto value = nodes[i]->cbeginValueAll(); value; ++value) {
       found[i].usable = found[i].usable && rule.usable(*value);
       if (!rule.inside(*value)) continue;
@@ -148,7 +148,7 @@ Result<Frame> frameOfGrid(const std::shared_ptr<const Grid>& grid,
             [](const Leaf* a, const Leaf* b) { return a->origin() < b->origin(); });
   frame.blocks.resize(leaves.size());
   std::vector<char> usable(leaves.size());
-  tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t i) {
+  model::forEach(leaves.size(), [&](std::size_t i) {
     Block& block = frame.blocks[i];
     const Leaf& leaf = *leaves[i];
     block.coord = blockAt(leaf.origin());

@@ -3,9 +3,9 @@
 #include <limits>
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include "fixtures/solids.h"
+#include "model/parallel.h"
 #include "platform/test_folder.h"
 #include "t4d/frames.h"
 #include "t4d/weave.h"
@@ -121,7 +121,7 @@ TEST(Voxelize, SignsOfLevelSetAndMaskAreTheSame) {
 TEST(Voxelize, IsTheSameForAnyNumberOfThreads) {
   const auto solid = movingSolid(fixtures::boltWithThread(), turnAbout({1, 1, 1}, 40));
   const auto run = [&](std::size_t threads) {
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    const model::ThreadLimit limit(threads);
     return *voxelFrames(solid, {0.5, 1}, {.voxelSize = 0.4})->frame(0);
   };
   const Frame one = run(1);

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
+#include "model/parallel.h"
 #include "t4d/check.h"
 #include "t4d/mesh.h"
 #include "voxel4d/frame_layer.h"
@@ -203,7 +203,7 @@ TEST(Weave, SameBytesForAnyNumberOfThreads) {
   };
   std::vector<Woven> all;
   for (const std::size_t threads : {1U, 2U, 5U}) {
-    const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+    const model::ThreadLimit control(threads);
     BoxFrames frames({40, 40, 48}, 5, ball, true);
     all.push_back(woven(frames, {}, false));
   }

@@ -5,9 +5,8 @@
 #include <limits>
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_sort.h>
 
+#include "model/parallel.h"
 #include "voxel4d/block_ranges.h"
 
 namespace t4d::voxel4d {
@@ -118,8 +117,7 @@ Result<std::unique_ptr<WovenSlab>> WovenSlab::between(
   std::unique_ptr<WovenSlab> slab(new WovenSlab(before, after, crossings, lattice, metric));
   slab->time = time;
   if (auto found = slab->findBlocks(); !found) return found.error();
-  tbb::parallel_for(std::size_t{0}, slab->blocks_.size(),
-                    [&](std::size_t i) { slab->findCubes(slab->blocks_[i]); });
+  model::forEach(slab->blocks_.size(), [&](std::size_t i) { slab->findCubes(slab->blocks_[i]); });
   if (auto numbered = slab->number(); !numbered) return numbered.error();
   if (slab->metric_ != nullptr) slab->findFractions();
   return slab;
@@ -176,7 +174,7 @@ void WovenSlab::fractionsByDistance(const WovenBlock& block, float* into) const 
 /// Computes the fractions of all blocks, in parallel: no other step takes as long.
 void WovenSlab::findFractions() {
   fractions_.resize(firstUpper() - lowerCount);
-  tbb::parallel_for(std::size_t{0}, blocks_.size(), [&](std::size_t i) {
+  model::forEach(blocks_.size(), [&](std::size_t i) {
     fractionsByDistance(blocks_[i], fractions_.data() + (blocks_[i].firstTime - lowerCount));
   });
 }
@@ -211,10 +209,10 @@ Result<void> WovenSlab::findBlocks() {
   coords.insert(coords.end(), after_.surfaceBlocks().begin(), after_.surfaceBlocks().end());
   if (auto added = addAppearing(before_, after_, coords); !added) return added;
   if (auto added = addAppearing(after_, before_, coords); !added) return added;
-  tbb::parallel_sort(coords.begin(), coords.end());
+  model::sort(coords.begin(), coords.end());
   coords.erase(std::unique(coords.begin(), coords.end()), coords.end());
   const WeavingOrder order(coords.size());
-  if (!order.isPlain()) tbb::parallel_sort(coords.begin(), coords.end(), order);
+  if (!order.isPlain()) model::sort(coords.begin(), coords.end(), order);
   blocks_.resize(coords.size());
   index_.reserve(coords.size());
   for (std::uint32_t i = 0; i < coords.size(); ++i) {

@@ -3,9 +3,8 @@
 #include <mutex>
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
+#include "model/parallel.h"
 #include "platform/stopwatch.h"
 #include "t4d/conformance.h"
 
@@ -116,16 +115,11 @@ std::vector<CaseResult> runCases(std::span<const Job> jobs, bool quick,
                                  const std::function<void(const CaseResult&)>& finished) {
   std::vector<CaseResult> results(jobs.size());
   std::mutex oneAtATime;
-  tbb::parallel_for(
-      std::size_t{0}, jobs.size(),
-      [&](std::size_t i) {
-        // A thread that waits for parts of its case must not start another case in the meantime.
-        tbb::this_task_arena::isolate(
-            [&] { results[i] = runCase(*jobs[i].given, *jobs[i].backend, quick); });
-        const std::scoped_lock lock(oneAtATime);
-        if (finished) finished(results[i]);
-      },
-      tbb::simple_partitioner());
+  model::forEachTask(jobs.size(), [&](std::size_t i) {
+    model::isolate([&] { results[i] = runCase(*jobs[i].given, *jobs[i].backend, quick); });
+    const std::scoped_lock lock(oneAtATime);
+    if (finished) finished(results[i]);
+  });
   return results;
 }
 

@@ -2,10 +2,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include "conformance/backends/milling.h"
 #include "conformance/backends/own_backends.h"
+#include "model/parallel.h"
 #include "t4d/conformance.h"
 #include "t4d/sweep.h"
 #include "t4d/weave.h"
@@ -87,7 +87,7 @@ TEST(Backends, AreJudgedTheSameByAnyNumberOfThreads) {
   const Case given = caseOf("merging-spheres");
   const auto backend = voxelBackend();
   const auto run = [&](std::size_t threads) {
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    const model::ThreadLimit limit(threads);
     return runCase(given, *backend, true);
   };
   const CaseResult one = run(1);

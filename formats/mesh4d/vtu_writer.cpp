@@ -7,12 +7,12 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
 #include "formats/output_file.h"
 #include "formats/text/xml_text.h"
 #include "formats/vtk/vtk_cells.h"
 #include "formats/zlib_block.h"
+#include "model/parallel.h"
 
 namespace t4d::formats {
 namespace {
@@ -67,7 +67,7 @@ class ArrayOutput {
     if (raw_.size() > left_) return invalid("the mesh has more elements than stated");
     left_ -= raw_.size();
     packed_.resize((raw_.size() + kBlockBytes - 1) / kBlockBytes);
-    tbb::parallel_for(std::size_t{0}, packed_.size(), [&](std::size_t i) {
+    model::forEach(packed_.size(), [&](std::size_t i) {
       packed_[i] = zlibCompressed(std::string_view(raw_).substr(i * kBlockBytes, kBlockBytes));
     });
     raw_.clear();

@@ -8,11 +8,10 @@
 #include <optional>
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 #include <zstd.h>
 
 #include "formats/t4d/first_error.h"
+#include "model/parallel.h"
 
 namespace t4d::formats {
 namespace {
@@ -207,7 +206,7 @@ class WaitingBlocks {
 std::vector<StoredBlock> compressed(const ArrayRows& array, Codec codec, int level) {
   WaitingBlocks made(blockCount(array.count));
   std::atomic<bool> failed = false;
-  tbb::parallel_for(std::size_t{0}, made.blocks().size(), [&](std::size_t i) {
+  model::forEach(made.blocks().size(), [&](std::size_t i) {
     Bytes space;
     Bytes block = compressedBlock(array.block(i, space), array, codec, level);
     if (block.empty()) failed = true;
@@ -330,7 +329,7 @@ void putArray(PayloadWriter& into, const MadeArray& array, int level) {
     const std::uint64_t first = i * kBlockRows;
     space.resize(std::min(kBlockRows, array.rows - first) * rowBytes);
     // A thread that waits here must not begin another block, which would need memory, too.
-    tbb::this_task_arena::isolate([&] { array.make(first, space); });
+    model::isolate([&] { array.make(first, space); });
     return space;
   };
   putRows(into, {array.type, array.components, array.rows, block}, level);
@@ -385,7 +384,7 @@ Result<std::vector<std::byte>> unpack(const PackedArray& array) {
 Result<void> unpack(const PackedArray& array, std::span<std::byte> into) {
   const std::size_t blockBytes = kBlockRows * array.rowBytes();
   FirstError error;
-  tbb::parallel_for(std::size_t{0}, array.blocks.size(), [&](std::size_t i) {
+  model::forEach(array.blocks.size(), [&](std::size_t i) {
     const auto rest = into.subspan(i * blockBytes);
     error.add(i, unpackBlock(array, i, rest.first(std::min(rest.size(), blockBytes))));
   });

@@ -9,8 +9,6 @@
 #include <optional>
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include "formats/t4d/chunk_writer.h"
 #include "formats/t4d/chunks.h"
@@ -23,6 +21,7 @@
 #include "formats/t4d/vertex_attributes.h"
 #include "formats/triangle/rounding_loss.h"
 #include "model/limits.h"
+#include "model/parallel.h"
 #include "model/shared_parts.h"
 #include "t4d/file.h"
 
@@ -458,10 +457,10 @@ class T4dWriter::File {
     scanned.digest = LayerDigest(end - begin);
     std::mutex mutex;
     FirstError error;
-    tbb::parallel_for(std::size_t{0}, scanned.digest.blockCount(), [&](std::size_t block) {
+    model::forEach(scanned.digest.blockCount(), [&](std::size_t block) {
       const auto first = begin + static_cast<std::uint32_t>(block * kBlockRows);
       std::vector<Point4> vertices(std::min<std::uint64_t>(kBlockRows, end - first));
-      tbb::this_task_arena::isolate([&] { slab.vertices(first, vertices); });
+      model::isolate([&] { slab.vertices(first, vertices); });
       scanned.digest.setBlock(block, vertices);
       model::Bounds3 bounds;
       for (const Point4& vertex : vertices) bounds.add(vertex.head<3>());

@@ -4,12 +4,12 @@
 #include <random>
 
 #include <gmock/gmock.h>
-#include <tbb/global_control.h>
 
 #include "fixtures/pieces.h"
 #include "fixtures/solids.h"
 #include "formats/t4d/salvage.h"
 #include "formats/t4d/test_slabs.h"
+#include "model/parallel.h"
 #include "t4d/check.h"
 #include "t4d/file.h"
 #include "t4d/mesh.h"
@@ -265,7 +265,7 @@ TEST(T4dWriter, StoresTheSameBytesWithAnyNumberOfThreads) {
   for (const model::Mesh& mesh : meshes) {
     for (const T4dWriteOptions& options : all) {
       const auto written = [&](const model::Source& source, std::size_t threads) {
-        const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+        const model::ThreadLimit control(threads);
         const auto path = temporaryPath("threads.t4d");
         auto writer = T4dWriter::create(path, metadataOf({"body 0"}), options);
         EXPECT_TRUE(writer);

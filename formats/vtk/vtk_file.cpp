@@ -13,11 +13,10 @@
 
 #include <expat.h>
 #include <fmt/format.h>
-#include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
 
 #include "formats/text/base64.h"
 #include "formats/text/text_scanner.h"
+#include "model/parallel.h"
 #include "platform/xml_position.h"
 
 namespace t4d::formats {
@@ -507,8 +506,8 @@ void VtkFile::Blocks::add(std::string_view bytes) {
 Result<void> VtkFile::unpack(const VtkArray& array, const Blocks& blocks,
                              const TakeBytes& take) const {
   std::atomic<bool> damaged = false;
-  tbb::enumerable_thread_specific<std::string> buffers;
-  tbb::parallel_for(std::size_t{0}, blocks.list.size(), [&](std::size_t i) {
+  model::PerThread<std::string> buffers;
+  model::forEach(blocks.list.size(), [&](std::size_t i) {
     const Block& block = blocks.list[i];
     if (blocks.compressor == Compressor::None) return take(block.begin, block.packed);
     std::string& buffer = buffers.local();

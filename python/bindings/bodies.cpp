@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 
-#include "model/in_order.h"
+#include "model/parallel.h"
 #include "model/slab_groups.h"
 #include "python/bindings/arrays.h"
 #include "slice/velocity.h"

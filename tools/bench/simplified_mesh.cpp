@@ -7,9 +7,9 @@
 #include <fmt/format.h>
 #include <meshoptimizer.h>
 #include <nlohmann/json.hpp>
-#include <tbb/global_control.h>
 
 #include "fixtures/solids.h"
+#include "model/parallel.h"
 #include "platform/child_process.h"
 #include "t4d/edit.h"
 #include "t4d/weave.h"
@@ -47,7 +47,7 @@ struct Collapses {
 
 Result<Collapses> simplified(const model::Mesh& mesh, const edit::SimplifyOptions& options,
                              std::size_t threads) {
-  const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+  const model::ThreadLimit control(threads);
   Result<edit::SimplifyReport> report;
   Collapses made;
   made.seconds = medianSeconds(1, [&] {

@@ -8,10 +8,8 @@
 #include <string>
 
 #include <fmt/format.h>
-#include <tbb/global_control.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
+#include "model/parallel.h"
 #include "t4d/file.h"
 #include "t4d/mesh.h"
 #include "t4d/weave.h"
@@ -66,9 +64,9 @@ class Drain : public model::Sink {
   template <class T, class Make>
   void eachPiece(std::uint64_t count, Make make) {
     constexpr std::uint64_t kPiece = 65536;
-    tbb::parallel_for(std::uint64_t{0}, (count + kPiece - 1) / kPiece, [&](std::uint64_t i) {
+    model::forEach((count + kPiece - 1) / kPiece, [&](std::uint64_t i) {
       thread_local std::vector<T> piece(kPiece);
-      tbb::this_task_arena::isolate(
+      model::isolate(
           [&] { make(i * kPiece, std::span(piece).first(std::min(kPiece, count - i * kPiece))); });
     });
     bytes += count * sizeof(T);
@@ -148,7 +146,7 @@ std::unique_ptr<voxel4d::FrameSource> framesOf(const Case& what) {
 }
 
 Result<Measured> measure(const Case& what, int repetitions, std::size_t threads) {
-  const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+  const model::ThreadLimit control(threads);
   Measured measured;
   std::vector<double> seconds;
   for (int i = 0; i < repetitions; ++i) {

@@ -5,8 +5,7 @@
 #include <string>
 #include <vector>
 
-#include <tbb/global_control.h>
-
+#include "model/parallel.h"
 #include "tools/t4d/console.h"
 #include "tools/t4d/option_checks.h"
 
@@ -16,7 +15,7 @@ namespace {
 struct CommonOptions {
   std::optional<std::size_t> threads;
   bool quiet = false;
-  std::optional<tbb::global_control> limit;
+  std::optional<model::ThreadLimit> limit;
 };
 
 /// What the verb writes, so that what is printed about it is not the result; "" for nothing.
@@ -51,7 +50,7 @@ void addCommonOptions(CLI::App& command) {
                    "Suppress progress, notes and the summary of the output");
   command.parse_complete_callback([options, &command] {
     if (options->threads) {
-      options->limit.emplace(tbb::global_control::max_allowed_parallelism, *options->threads);
+      options->limit.emplace(*options->threads);
     }
     const std::string written = writtenBy(command);
     if (written == "-" && hasJson(command)) {

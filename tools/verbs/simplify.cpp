@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "measure/compare.h"
-#include "model/in_order.h"
+#include "model/parallel.h"
 #include "model/source_part.h"
 #include "platform/stopwatch.h"
 #include "t4d/file.h"

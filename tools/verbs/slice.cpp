@@ -6,10 +6,10 @@
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
-#include <tbb/parallel_invoke.h>
 
 #include "convert/frame_slices.h"
 #include "formats/triangle/triangle_mesh_formats.h"
+#include "model/parallel.h"
 #include "slice/merge_coplanar.h"
 #include "t4d/mesh.h"
 #include "t4d/slice.h"
@@ -248,9 +248,9 @@ void measureSections(SliceReport& report, Observer& observer) {
   for (const formats::NamedMesh& section : report.sections) {
     report.vertices += section.mesh.vertices.size();
     report.triangles += section.mesh.triangles.size();
-    tbb::parallel_invoke([&] { report.volume += signedVolume(section.mesh); },
-                         [&] { report.area += surfaceArea(section.mesh); },
-                         [&] { report.closed = report.closed && isClosed(section.mesh); });
+    model::together([&] { report.volume += signedVolume(section.mesh); },
+                    [&] { report.area += surfaceArea(section.mesh); },
+                    [&] { report.closed = report.closed && isClosed(section.mesh); });
   }
   if (!std::isfinite(report.volume) || !std::isfinite(report.area)) {
     observer.note("coordinates are too large to measure volume or area");

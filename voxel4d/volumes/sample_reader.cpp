@@ -8,8 +8,8 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <tbb/task_group.h>
 
+#include "model/parallel.h"
 #include "platform/open_file.h"
 #include "platform/regular_file.h"
 #include "voxel4d/volumes/gzip_stream.h"
@@ -125,7 +125,7 @@ class GzipReader : public SampleReader {
   };
 
   void unpackNext() {
-    unpacking_.run([this] { next_.size = stream_.read(next_.bytes); });
+    unpacking_.begin([this] { next_.size = stream_.read(next_.bytes); });
   }
 
   /// At most so many of the next bytes; none if there are no more.
@@ -168,7 +168,7 @@ class GzipReader : public SampleReader {
   Piece current_;
   std::size_t used_ = 0;  // bytes of it
   Piece next_;
-  tbb::task_group unpacking_;
+  model::Aside unpacking_;
 };
 
 /// Numbers written in decimals.
