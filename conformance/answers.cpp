@@ -1,7 +1,5 @@
 #include "conformance/answers.h"
 
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <optional>
@@ -9,6 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "model/number.h"
 #include "platform/crc32c.h"
 #include "t4d/slice.h"
 
@@ -351,10 +350,9 @@ Result<Answer> sliceFile(const std::filesystem::path& path, const slice::Hyperpl
 }
 
 std::string hexFloat(double number) {
-  std::array<char, 32> digits{};
-  const auto end =
-      std::to_chars(digits.begin(), digits.end(), std::abs(number), std::chars_format::hex).ptr;
-  return (std::signbit(number) ? "-0x" : "0x") + std::string(digits.begin(), end);
+  std::string text = std::signbit(number) ? "-0x" : "0x";
+  model::appendNumber(text, std::abs(number), std::chars_format::hex);
+  return text;
 }
 
 std::vector<std::string> differences(const Answer& expected, const std::string& actual) {

@@ -1,12 +1,13 @@
 #include "formats/numbered_files.h"
 
 #include <algorithm>
-#include <charconv>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include <fmt/format.h>
+
+#include "model/number.h"
 
 namespace t4d::formats {
 namespace {
@@ -29,9 +30,10 @@ std::optional<Numbered> numbered(const std::filesystem::path& path) {
   const std::size_t first = before == stem.npos ? 0 : before + 1;
   Numbered found{path, folder + "/" + stem.substr(0, first), 0,
                  stem.substr(last + 1) + path.extension().string()};
-  const auto [end, problem] =
-      std::from_chars(stem.data() + first, stem.data() + last + 1, found.number);
-  if (problem != std::errc{}) return std::nullopt;
+  const auto number =
+      model::numberIn<std::uint64_t>(std::string_view(stem).substr(first, last + 1 - first));
+  if (!number) return std::nullopt;
+  found.number = *number;
   return found;
 }
 

@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <vector>
 
 #include <fmt/format.h>
+
+#include "model/number.h"
 
 namespace t4d::mill {
 namespace {
@@ -117,11 +118,7 @@ Result<std::vector<double>> sizesOf(std::string_view text, std::string_view lett
       return invalid(fmt::format("'{}' gives {} twice", text, letters[letter]));
     }
     double value = 0;
-    if (letter != letters.npos) {
-      const auto [stopped, problem] =
-          std::from_chars(field.data() + 2, field.data() + field.size(), value);
-      if (problem != std::errc{} || stopped != field.data() + field.size()) value = 0;
-    }
+    if (letter != letters.npos) value = model::numberIn<double>(field.substr(2)).value_or(0);
     if (letter == letters.npos || !(value > 0) || !std::isfinite(value)) {
       return invalid(fmt::format("found '{}', expected sizes above zero as in {}", field, example));
     }

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <optional>
@@ -8,6 +7,7 @@
 #include <Eigen/LU>
 #include <fmt/format.h>
 
+#include "model/number.h"
 #include "t4d/mesh.h"
 
 namespace t4d::model {
@@ -110,13 +110,8 @@ UnitPowers powersOf(std::string_view unit) {
     std::string_view factor = unit.substr(0, end);
     int power = 1;
     if (const auto hat = factor.find('^'); hat != factor.npos) {
-      const std::string_view digits = factor.substr(hat + 1);
-      const auto [rest, error] =
-          std::from_chars(digits.data(), digits.data() + digits.size(), power);
-      if (error != std::errc() || rest != digits.data() + digits.size() ||
-          std::abs(power) > kMost) {
-        return {};
-      }
+      power = numberIn<int>(factor.substr(hat + 1)).value_or(kMost + 1);
+      if (power < -kMost || power > kMost) return {};
       factor = factor.substr(0, hat);
     }
     if (factor.empty()) return {};

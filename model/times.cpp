@@ -1,11 +1,10 @@
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <initializer_list>
 #include <limits>
 #include <string>
 
+#include "model/number.h"
 #include "model/slab_groups.h"
 #include "t4d/mesh.h"
 
@@ -23,13 +22,11 @@ struct Decimal {
 
 /// The shortest decimal number that reads back as `value`, which must be finite.
 Decimal decimalOf(double value) {
-  std::array<char, 32> text{};
-  const char* end = std::to_chars(text.data(), text.data() + text.size(), std::abs(value),
-                                  std::chars_format::scientific)
-                        .ptr;
+  std::string text;
+  appendNumber(text, std::abs(value), std::chars_format::scientific);
   // d.ddde+dd, possibly without the point.
   Decimal decimal;
-  const char* at = text.data();
+  const char* at = text.c_str();
   bool fraction = false;
   for (; *at != 'e'; ++at) {
     if (*at == '.') {
@@ -39,11 +36,7 @@ Decimal decimalOf(double value) {
     decimal.mantissa = 10 * decimal.mantissa + (*at - '0');
     if (fraction) --decimal.exponent;
   }
-  ++at;
-  if (*at == '+') ++at;
-  int exponent = 0;
-  std::from_chars(at, end, exponent);
-  decimal.exponent += exponent;
+  decimal.exponent += numberIn<int>(withoutPlus(at + 1)).value();
   if (value < 0) decimal.mantissa = -decimal.mantissa;
   return decimal;
 }
@@ -92,9 +85,7 @@ std::optional<double> quotient(const Decimal& decimal, std::uint64_t n) {
     --exponent;
   }
   text += 'e' + std::to_string(exponent);
-  double value = 0;
-  const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
-  return read.ec == std::errc() ? std::optional(value) : std::nullopt;
+  return numberIn<double>(text);
 }
 
 /// The mark nearest to `time` if it is within kSameTimeUlps, otherwise `time`.

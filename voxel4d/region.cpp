@@ -1,9 +1,9 @@
 #include <algorithm>
-#include <charconv>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include "model/number.h"
 #include "t4d/frames.h"
 
 namespace t4d::voxel4d {
@@ -21,12 +21,8 @@ std::string textOf(const IndexRange& range) {
 /// One end of a range; false if it is neither empty nor a number.
 bool readEnd(std::string_view text, std::optional<std::int64_t>& end) {
   if (text.empty()) return true;
-  std::int64_t value = 0;
-  const char* const last = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), last, value);
-  if (error != std::errc{} || stop != last) return false;
-  end = value;
-  return true;
+  end = model::numberIn<std::int64_t>(text);
+  return end.has_value();
 }
 
 Result<IndexRange> parseRange(std::string_view text, char axis) {

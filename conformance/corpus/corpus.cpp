@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cstring>
 #include <fstream>
 #include <optional>
@@ -19,6 +18,7 @@
 #include "conformance/corpus/texts.h"
 #include "conformance/driver/reader_cases.h"
 #include "formats/output_folder.h"
+#include "model/number.h"
 #include "platform/replaceable.h"
 
 namespace t4d::conformance {
@@ -41,11 +41,10 @@ ordered_json orNull(const T& value, bool there) {
   return there ? ordered_json(value) : ordered_json();
 }
 
-/// The shortest decimal text that reads back as the same number.
 std::string decimal(double number) {
-  char text[32];
-  const auto end = std::to_chars(text, text + sizeof text, number).ptr;
-  return {text, end};
+  std::string text;
+  model::appendNumber(text, number);
+  return text;
 }
 
 /// Every file of the corpus by its path in the directory.

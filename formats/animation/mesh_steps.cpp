@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <charconv>
 #include <cmath>
 #include <map>
 
@@ -15,6 +14,7 @@
 #include "formats/triangle/triangle_mesh_formats.h"
 #include "formats/vtk/vtk_file.h"
 #include "model/limits.h"
+#include "model/number.h"
 #include "platform/regular_file.h"
 
 namespace t4d::formats {
@@ -24,8 +24,9 @@ namespace fs = std::filesystem;
 
 template <class T>
 bool parsed(const std::string& text, T& value) {
-  const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return problem == std::errc() && end == text.data() + text.size();
+  const auto number = model::numberIn<T>(text);
+  value = number.value_or(value);
+  return number.has_value();
 }
 
 /// The path of a file that a collection names.

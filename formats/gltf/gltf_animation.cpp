@@ -1,7 +1,6 @@
 #include "formats/gltf/gltf_animation.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <set>
 
@@ -21,6 +20,7 @@
 #include "formats/gltf/gltf_shape.h"
 #include "formats/t4d/names.h"
 #include "model/amount_text.h"
+#include "model/number.h"
 #include "t4d/mesh.h"
 
 namespace t4d::formats {
@@ -66,12 +66,8 @@ Result<int> chosen(const std::vector<T>& all, const std::string& wanted, const c
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (all[i].name == wanted) return static_cast<int>(i);
   }
-  std::size_t number = 0;
-  const auto end = wanted.data() + wanted.size();
-  const auto [stop, problem] = std::from_chars(wanted.data(), end, number);
-  if (problem == std::errc{} && stop == end && number < all.size()) {
-    return static_cast<int>(number);
-  }
+  const auto number = model::numberIn<std::size_t>(wanted);
+  if (number && *number < all.size()) return static_cast<int>(*number);
   std::vector<std::string> names;
   for (std::size_t i = 0; i < all.size(); ++i) {
     names.push_back(all[i].name.empty() ? std::to_string(i) : "'" + all[i].name + "'");

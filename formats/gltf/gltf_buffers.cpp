@@ -1,13 +1,13 @@
 #include "formats/gltf/gltf_buffers.h"
 
 #include <algorithm>
-#include <charconv>
 #include <string>
 
 #include <fmt/format.h>
 
 #include "formats/gltf/gltf_model.h"
 #include "formats/text/base64.h"
+#include "model/number.h"
 
 namespace t4d::formats {
 namespace {
@@ -19,11 +19,10 @@ using nlohmann::json;
 std::string percentDecoded(std::string_view uri) {
   std::string text;
   for (std::size_t i = 0; i < uri.size(); ++i) {
-    unsigned char byte = 0;
-    const char* digits = uri.data() + i + 1;
-    if (uri[i] == '%' && uri.size() - i > 2 &&
-        std::from_chars(digits, digits + 2, byte, 16).ptr == digits + 2) {
-      text += static_cast<char>(byte);
+    const bool may = uri[i] == '%' && uri.size() - i > 2;
+    const auto byte = model::numberIn<std::uint8_t>(uri.substr(i + 1, may ? 2 : 0), 16);
+    if (byte) {
+      text += static_cast<char>(*byte);
       i += 2;
     } else {
       text += uri[i];

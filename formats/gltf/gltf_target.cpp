@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstdint>
 #include <optional>
 #include <string_view>
 #include <utility>
+
+#include "model/number.h"
 
 namespace t4d::formats {
 namespace {
@@ -29,14 +30,9 @@ std::optional<std::pair<int, std::string_view>> elementOf(std::string_view point
                                                           std::string_view kind) {
   if (!pointer.starts_with(kind)) return std::nullopt;
   pointer.remove_prefix(kind.size());
-  int number = 0;
-  const auto [stop, problem] =
-      std::from_chars(pointer.data(), pointer.data() + pointer.size(), number);
-  const auto digits = static_cast<std::size_t>(stop - pointer.data());
-  if (problem != std::errc{} || number < 0 || !pointer.substr(digits).starts_with('/')) {
-    return std::nullopt;
-  }
-  return std::pair(number, pointer.substr(digits + 1));
+  const auto number = model::takeNumber<int>(pointer);
+  if (!number || *number < 0 || !pointer.starts_with('/')) return std::nullopt;
+  return std::pair(*number, pointer.substr(1));
 }
 
 GltfTarget pointedAt(const tinygltf::Model& model, const std::string& pointer) {

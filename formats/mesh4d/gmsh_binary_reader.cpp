@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <charconv>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -13,6 +12,7 @@
 #include "formats/mesh4d/gmsh_mesh.h"
 #include "formats/text/byte_scanner.h"
 #include "formats/text/text_scanner.h"
+#include "model/number.h"
 #include "t4d/file.h"
 
 namespace t4d::formats {
@@ -117,9 +117,7 @@ class GmshBinaryReader {
     const std::size_t begin = bytes_.at();
     const auto text = line(what);
     if (!text) return text.error();
-    std::int64_t value = 0;
-    const auto [stop, problem] = std::from_chars(text->data(), text->data() + text->size(), value);
-    if (problem == std::errc() && stop == text->data() + text->size()) return value;
+    if (const auto value = model::numberIn<std::int64_t>(*text)) return *value;
     return invalid(fmt::format("found {}, expected {}", inQuotes(*text), what),
                    file_.atByte(begin));
   }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <chrono>
 #include <optional>
 #include <string_view>
@@ -12,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "formats/t4d/url.h"
+#include "model/number.h"
 
 namespace t4d::formats {
 
@@ -56,16 +56,16 @@ struct ContentRange {
 std::optional<ContentRange> contentRangeOf(std::string_view text) {
   constexpr std::string_view kUnit = "bytes ";
   if (!sameIgnoringCase(text.substr(0, kUnit.size()), kUnit)) return std::nullopt;
-  const char* at = text.data() + kUnit.size();
-  const char* const end = text.data() + text.size();
+  text.remove_prefix(kUnit.size());
   std::array<std::uint64_t, 3> numbers{};
-  constexpr std::array<char, 3> kAfter = {'-', '/', '\0'};
   for (std::size_t i = 0; i < numbers.size(); ++i) {
-    const auto [stop, error] = std::from_chars(at, end, numbers[i]);
-    if (error != std::errc()) return std::nullopt;
-    if (kAfter[i] == '\0' ? stop != end : stop == end || *stop != kAfter[i]) return std::nullopt;
-    at = kAfter[i] == '\0' ? stop : stop + 1;
+    if (i > 0 && !text.starts_with(i == 1 ? '-' : '/')) return std::nullopt;
+    if (i > 0) text.remove_prefix(1);
+    const auto number = model::takeNumber<std::uint64_t>(text);
+    if (!number) return std::nullopt;
+    numbers[i] = *number;
   }
+  if (!text.empty()) return std::nullopt;
   const auto [first, last, total] = numbers;
   if (first > last || last >= total) return std::nullopt;
   return ContentRange{{first, last + 1}, total};

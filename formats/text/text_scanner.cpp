@@ -1,12 +1,13 @@
 #include "formats/text/text_scanner.h"
 
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <utility>
 
 #include <fmt/format.h>
+
+#include "model/number.h"
 
 namespace t4d::formats {
 namespace {
@@ -15,18 +16,10 @@ constexpr std::size_t kLongestQuote = 40;
 
 bool isBlank(char c) { return c == ' ' || c == '\t' || c == '\v' || c == '\f'; }
 
-/// from_chars does not accept a plus sign; text files have them.
-std::string_view withoutPlus(std::string_view word) {
-  return word.size() > 1 && word[0] == '+' && word[1] != '-' && word[1] != '+' ? word.substr(1)
-                                                                               : word;
-}
-
 /// The nearest double of a well-formed number that from_chars finds out of range: zero where it is
 /// too small, infinity where it is too large.
 double outOfRange(std::string_view word) {
-  long double wide = 0;
-  const auto end = word.data() + word.size();
-  if (std::from_chars(word.data(), end, wide).ec == std::errc{}) return static_cast<double>(wide);
+  if (const auto wide = model::numberIn<long double>(word)) return static_cast<double>(*wide);
   const auto exponent = word.find_first_of("eE");
   const bool tiny = exponent != word.npos && word.substr(exponent + 1).starts_with('-');
   return tiny ? 0.0 : std::numeric_limits<double>::infinity();
@@ -35,10 +28,9 @@ double outOfRange(std::string_view word) {
 /// False if the word is not a whole number of this type.
 template <class Whole>
 bool parseWhole(std::string_view word, Whole& value) {
-  const auto digits = withoutPlus(word);
-  const auto end = digits.data() + digits.size();
-  const auto [stopped, problem] = std::from_chars(digits.data(), end, value);
-  return stopped == end && problem == std::errc{};
+  const auto number = model::numberIn<Whole>(model::withoutPlus(word));
+  value = number.value_or(value);
+  return number.has_value();
 }
 
 }  // namespace
@@ -144,10 +136,10 @@ Error TextScanner::unexpectedWord(std::string_view word, std::string_view what) 
 }
 
 bool TextScanner::parse(std::string_view word, double& value, const char* what) {
-  const auto digits = withoutPlus(word);
-  const auto end = digits.data() + digits.size();
-  const auto [stopped, problem] = std::from_chars(digits.data(), end, value);
-  if (stopped != end || problem == std::errc::invalid_argument) return fails(word, what);
+  const auto digits = model::withoutPlus(word);
+  const auto [stopped, problem] = model::fromChars(digits, value);
+  if (stopped != digits.data() + digits.size() || problem == std::errc::invalid_argument)
+    return fails(word, what);
   if (problem == std::errc::result_out_of_range) value = outOfRange(digits);
   return true;
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -13,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "formats/text/text_scanner.h"
+#include "model/number.h"
 
 namespace t4d::formats {
 namespace {
@@ -123,16 +123,11 @@ class CutterLocationReader {
   }
 
   Result<double> numberOf(std::string_view text) const {
-    std::string_view digits = text;
-    if (digits.starts_with('+')) digits.remove_prefix(1);
-    double value = 0;
-    const auto [stopped, problem] =
-        std::from_chars(digits.data(), digits.data() + digits.size(), value);
-    if (problem != std::errc{} || stopped != digits.data() + digits.size() ||
-        !std::isfinite(value)) {
+    const auto value = model::numberIn<double>(model::withoutPlus(text));
+    if (!value || !std::isfinite(*value)) {
       return refused(fmt::format("found {}, expected a number", inQuotes(text)));
     }
-    return value;
+    return *value;
   }
 
   Result<void> setUnits(const std::vector<std::string_view>& values) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -11,6 +10,7 @@
 
 #include "formats/text/text_scanner.h"
 #include "formats/toolpath/gcode_words.h"
+#include "model/number.h"
 
 namespace t4d::formats {
 namespace {
@@ -41,9 +41,8 @@ std::string oWordName(std::string_view label) {
 /// Whether a line has this M word.
 bool hasM(std::string_view text, int code) {
   for (auto at = text.find('M'); at != text.npos; at = text.find('M', at + 1)) {
-    int found = -1;
-    std::from_chars(text.data() + at + 1, text.data() + text.size(), found);
-    if (found == code) return true;
+    std::string_view rest = text.substr(at + 1);
+    if (model::takeNumber<int>(rest) == code) return true;
   }
   return false;
 }

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 
 #include <fmt/format.h>
 
 #include "formats/text/text_scanner.h"
 #include "model/degrees.h"
+#include "model/number.h"
 
 namespace t4d::formats {
 namespace {
@@ -148,12 +148,10 @@ Result<double> GcodeWords::number() {
 Result<double> GcodeWords::literal() {
   std::string_view digits = rest_;
   if (digits.starts_with('+')) digits.remove_prefix(1);
-  double value = 0;
-  const auto [stopped, problem] = std::from_chars(digits.data(), digits.data() + digits.size(),
-                                                  value, std::chars_format::fixed);
-  if (problem != std::errc{} || !std::isfinite(value)) return expected("a number");
-  rest_ = digits.substr(static_cast<std::size_t>(stopped - digits.data()));
-  return value;
+  const auto value = model::takeNumber<double>(digits, std::chars_format::fixed);
+  if (!value || !std::isfinite(*value)) return expected("a number");
+  rest_ = digits;
+  return *value;
 }
 
 Result<double> GcodeWords::function() {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <utility>
 
@@ -11,6 +10,7 @@
 
 #include "model/degrees.h"
 #include "model/limits.h"
+#include "model/number.h"
 
 namespace t4d::formats {
 namespace {
@@ -24,10 +24,9 @@ constexpr std::array<int, 12> kOffsets = {280, 300, 530, 540, 550, 560,
 /// 593 of "G59.3"; 0 of anything else.
 int offsetOf(std::string_view word) {
   if (!word.starts_with('G') || word.size() < 3) return 0;
-  int code = 0;
-  const auto [stopped, problem] = std::from_chars(word.data() + 1, word.data() + 3, code);
-  if (problem != std::errc{} || stopped != word.data() + 3) return 0;
-  code *= 10;
+  const auto digits = model::numberIn<int>(word.substr(1, 2));
+  if (!digits) return 0;
+  int code = 10 * *digits;
   if (word.size() == 5 && word[3] == '.') code += word[4] - '0';
   const bool whole = word.size() == 3 || (word.size() == 5 && word[3] == '.');
   return whole && std::ranges::find(kOffsets, code) != kOffsets.end() ? code : 0;
@@ -55,12 +54,11 @@ Result<model::Point3> parsePoint(std::string_view text) {
   model::Point3 point;
   for (int axis = 0; axis < 3; ++axis) {
     const std::string_view number = text.substr(0, axis < 2 ? text.find(',') : text.npos);
-    const auto [stopped, problem] =
-        std::from_chars(number.data(), number.data() + number.size(), point[axis]);
-    if (problem != std::errc{} || stopped != number.data() + number.size() ||
-        !(std::abs(point[axis]) <= model::kLargestCoordinate)) {
+    const auto value = model::numberIn<double>(number);
+    if (!value || !(std::abs(*value) <= model::kLargestCoordinate)) {
       return invalid(fmt::format("found '{}', expected a point as in 100,0,-20", whole));
     }
+    point[axis] = *value;
     text.remove_prefix(std::min(number.size() + 1, text.size()));
   }
   return point;

@@ -1,7 +1,6 @@
 #include "formats/toolpath/tool_table.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <optional>
 #include <string_view>
@@ -11,6 +10,7 @@
 #include "formats/input_file.h"
 #include "formats/text/text_scanner.h"
 #include "model/limits.h"
+#include "model/number.h"
 
 namespace t4d::formats {
 namespace {
@@ -33,13 +33,9 @@ std::string_view trimmed(std::string_view text) {
 /// Takes a word as in Z50.8.
 Result<void> take(std::string_view word, NumberedTool& into) {
   const char letter = word[0] >= 'a' && word[0] <= 'z' ? static_cast<char>(word[0] - 32) : word[0];
-  std::string_view digits = word.substr(1);
-  if (digits.starts_with('+')) digits.remove_prefix(1);
-  double value = 0;
-  const auto [stopped, problem] =
-      std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  const bool isNumber = problem == std::errc{} && stopped == digits.data() + digits.size() &&
-                        std::abs(value) <= model::kLargestCoordinate;
+  const auto number = model::numberIn<double>(model::withoutPlus(word.substr(1)));
+  const double value = number.value_or(0);
+  const bool isNumber = number && std::abs(value) <= model::kLargestCoordinate;
   const bool isLength = letter >= 'X' && letter <= 'Z';
   const bool isKnown = letter == 'T' || isLength || kSkipped.find(letter) != std::string_view::npos;
   if (!isNumber || !isKnown) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -15,6 +14,7 @@
 #include "formats/triangle/vertex_normals.h"
 #include "formats/triangle/written_mesh.h"
 #include "model/corner_attributes.h"
+#include "model/number.h"
 
 namespace t4d::formats {
 namespace {
@@ -32,9 +32,7 @@ void putNumber(T number, std::string& text) {
       return;
     }
   }
-  std::array<char, 32> digits{};
-  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr;
-  text.append(digits.data(), end);
+  model::appendNumber(text, number);
 }
 
 /// "[1,2]", or "[(1,2),(3,4)]" where `width` is more than 1.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -16,6 +15,7 @@
 
 #include "formats/text/base64.h"
 #include "formats/text/text_scanner.h"
+#include "model/number.h"
 #include "model/parallel.h"
 #include "platform/xml_position.h"
 
@@ -43,16 +43,10 @@ const std::map<std::string_view, Compressor> kCompressors = {
 };
 
 std::optional<std::uint64_t> wholeNumberOf(const std::string& text) {
-  const auto begin = text.find_first_not_of(' ');
-  if (begin == text.npos) return std::nullopt;
-  std::uint64_t value = 0;
-  const auto [stop, problem] =
-      std::from_chars(text.data() + begin, text.data() + text.size(), value);
-  if (problem != std::errc() ||
-      std::string_view(stop).find_first_not_of(' ') != std::string::npos) {
-    return std::nullopt;
-  }
-  return value;
+  std::string_view rest = text;
+  rest.remove_prefix(std::min(rest.find_first_not_of(' '), rest.size()));
+  const auto value = model::takeNumber<std::uint64_t>(rest);
+  return rest.find_first_not_of(' ') == rest.npos ? value : std::nullopt;
 }
 
 std::string_view nameOf(VtkType type) {

@@ -1,11 +1,11 @@
 #include "tools/t4d/mill_tools.h"
 
-#include <charconv>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "mill/tool_shape.h"
+#include "model/number.h"
 #include "tools/t4d/option_checks.h"
 
 namespace t4d::tools {
@@ -16,12 +16,10 @@ using verbs::MillToolSpecs;
 
 /// "2=flat:d=6,l=30" as 2 and the rest, and 0 where there is no number.
 std::pair<int, std::string> numbered(const std::string& text) {
-  int number = 0;
-  const auto [stopped, problem] = std::from_chars(text.data(), text.data() + text.size(), number);
-  const bool has = problem == std::errc{} && stopped != text.data() + text.size() &&
-                   *stopped == '=' && number > 0;
-  if (!has) return {0, text};
-  return {number, text.substr(static_cast<std::size_t>(stopped - text.data()) + 1)};
+  std::string_view rest = text;
+  const auto number = model::takeNumber<int>(rest);
+  if (!number || *number <= 0 || !rest.starts_with('=')) return {0, text};
+  return {*number, std::string(rest.substr(1))};
 }
 
 Result<void> addTools(const std::vector<std::string>& given, MillToolSpecs& specs) {

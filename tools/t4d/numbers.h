@@ -1,24 +1,19 @@
 #pragma once
 
-#include <charconv>
 #include <cmath>
 #include <optional>
 #include <string_view>
 #include <vector>
 
+#include "model/number.h"
 #include "t4d/mesh.h"
 
 namespace t4d::tools {
 
 /// Parses a finite number; nothing if the text is not one.
 inline std::optional<double> numberOf(std::string_view word) {
-  if (word.starts_with('+') && !word.starts_with("+-")) word.remove_prefix(1);
-  double number = 0;
-  const auto [stop, error] = std::from_chars(word.data(), word.data() + word.size(), number);
-  if (error != std::errc() || stop != word.data() + word.size() || !std::isfinite(number)) {
-    return std::nullopt;
-  }
-  return number;
+  const auto number = model::numberIn<double>(model::withoutPlus(word));
+  return number && std::isfinite(*number) ? number : std::nullopt;
 }
 
 /// Parses finite numbers with a separator, like "1,0,0,0,2.5" or "0:5:11".

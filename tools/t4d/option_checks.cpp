@@ -1,7 +1,6 @@
 #include "tools/t4d/option_checks.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <utility>
@@ -12,6 +11,7 @@
 #include "formats/listed.h"
 #include "formats/output_file.h"
 #include "formats/triangle/triangle_mesh_formats.h"
+#include "model/number.h"
 #include "platform/kept_inputs.h"
 #include "tools/t4d/numbers.h"
 
@@ -95,10 +95,8 @@ CLI::Validator fractionBelowOne() {
 CLI::Validator wholeNumber(std::uint64_t least, std::uint64_t most) {
   return checked(fmt::format("a whole number from {} to {}", least, most),
                  [=](const std::string& text) {
-                   std::uint64_t number = 0;
-                   const char* end = text.data() + text.size();
-                   const auto [stop, error] = std::from_chars(text.data(), end, number);
-                   return error == std::errc() && stop == end && number >= least && number <= most;
+                   const auto number = model::numberIn<std::uint64_t>(text);
+                   return number && *number >= least && *number <= most;
                  });
 }
 

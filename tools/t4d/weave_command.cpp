@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <charconv>
 #include <map>
 #include <optional>
 #include <set>
@@ -12,6 +11,7 @@
 #include "formats/file_extension.h"
 #include "formats/t4d/url.h"
 #include "formats/triangle/triangle_mesh_formats.h"
+#include "model/number.h"
 #include "tools/t4d/commands.h"
 #include "tools/t4d/console.h"
 #include "tools/t4d/console_observer.h"
@@ -61,10 +61,7 @@ struct WeaveArguments {
 constexpr const char* kAllLabels = "all";
 
 std::optional<std::int64_t> labelOf(const std::string& text) {
-  std::int64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return value;
+  return model::numberIn<std::int64_t>(text);
 }
 
 CLI::Validator labelOrAll() {
@@ -78,12 +75,7 @@ CLI::Validator labelOrAll() {
 
 /// A number, infinite or NaN included: no sample of a measurement may be finite where there is
 /// none.
-std::optional<double> sampleOf(const std::string& text) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
+std::optional<double> sampleOf(const std::string& text) { return model::numberIn<double>(text); }
 
 CLI::Validator sampleValue() {
   return CLI::Validator(

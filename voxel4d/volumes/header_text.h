@@ -1,7 +1,5 @@
 #pragma once
 
-#include <array>
-#include <charconv>
 #include <fstream>
 #include <optional>
 #include <sstream>
@@ -9,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "model/number.h"
 #include "voxel4d/volumes/volume.h"
 
 /// What headers of volumes have in common. For the sources of this folder only.
@@ -31,11 +30,7 @@ inline std::string trimmed(std::string_view text) {
 /// The whole word as a number; nothing if it is none.
 template <class T>
 std::optional<T> numberIn(std::string_view word) {
-  T value{};
-  if (word.starts_with('+')) word.remove_prefix(1);
-  const auto [stop, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc{} || stop != word.data() + word.size()) return std::nullopt;
-  return value;
+  return model::numberIn<T>(model::withoutPlus(word));
 }
 
 inline std::string lowerCase(std::string text) {

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -7,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "model/number.h"
 #include "platform/regular_file.h"
 #include "voxel4d/volumes/header_text.h"
 #include "voxel4d/volumes/headers.h"
@@ -477,11 +477,10 @@ Result<void> takeUnits(const Header& header, const std::optional<std::size_t>& t
 std::string decoded(const std::string& text) {
   std::string plain;
   for (std::size_t i = 0; i < text.size(); ++i) {
-    std::uint8_t code = 0;
-    const char* const digits = text.data() + i + 1;
-    if (text[i] == '%' && i + 2 < text.size() &&
-        std::from_chars(digits, digits + 2, code, 16).ptr == digits + 2) {
-      plain += static_cast<char>(code);
+    const bool may = text[i] == '%' && i + 2 < text.size();
+    const auto code = model::numberIn<std::uint8_t>(text.substr(i + 1, may ? 2 : 0), 16);
+    if (code) {
+      plain += static_cast<char>(*code);
       i += 2;
     } else {
       plain += text[i];

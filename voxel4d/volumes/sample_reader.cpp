@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstring>
 #include <fstream>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "model/number.h"
 #include "model/parallel.h"
 #include "platform/open_file.h"
 #include "platform/regular_file.h"
@@ -239,15 +239,13 @@ class TextReader : public SampleReader {
 
   template <class T>
   Result<void> parse(const std::string& word, std::byte* into) const {
-    T value{};
-    const char* const end = word.data() + word.size();
-    const auto [stop, error] = std::from_chars(word.data(), end, value);
-    if (error != std::errc{} || stop != end) {
+    const auto value = model::numberIn<T>(word);
+    if (!value) {
       return invalid(
           fmt::format("found the sample '{}', expected a number of its type", word.substr(0, 40)),
           where_);
     }
-    std::memcpy(into, &value, sizeof value);
+    std::memcpy(into, &*value, sizeof *value);
     return {};
   }
 
