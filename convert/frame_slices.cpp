@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "model/parallel.h"
+#include "model/progress.h"
 #include "slice/velocity.h"
 #include "t4d/convert.h"
 
@@ -170,8 +171,8 @@ Result<FrameSlicesReport> forEachFrame(std::span<const model::Body> bodies,
     }
     addNewLines(frame.losses, report.losses);
     ++report.frames;
-    if (progress) progress(static_cast<double>(report.frames) / static_cast<double>(times.size()));
-    return true;
+    done = model::report(progress, report.frames, times.size());
+    return done.has_value();
   });
   if (!done) return done.error();
   return report;

@@ -8,6 +8,7 @@
 
 #include "edit/split_cells.h"
 #include "model/attribute_rows.h"
+#include "model/progress.h"
 
 namespace t4d::edit {
 namespace {
@@ -186,7 +187,7 @@ Result<TimeClip> clipTime(const model::Source& source, const TimeSpan& span, mod
       clip.cells += part->connectivity->cells.size();
       if (auto put = closer.put(*part); !put) return put.error();
     }
-    if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(source.slabCount()));
+    if (auto on = model::report(progress, i + 1, source.slabCount()); !on) return on.error();
   }
   auto caps = closer.finish();
   if (!caps) return caps.error();

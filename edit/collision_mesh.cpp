@@ -136,7 +136,7 @@ Result<Envelope> collisionMeshOf(const Silhouette& silhouette, EnvelopeOptions o
                     "for a surface of this shape",
                     best.mesh.triangles.size(), triangles));
   }
-  if (progress) progress(1);
+  if (auto on = model::report(progress, 1); !on) return on.error();
   return std::move(best);
 }
 

@@ -143,8 +143,9 @@ Result<void> makeOffset(const TriangleMesh& surface, const VisitLattice& visits,
                         const model::Progress& progress) {
   const double reach = reachOf(surface, options);
   auto offset = measure::offsetSurface(surface, visits, reach, progress);
-  envelope.errorBound = offset.farthest;
-  envelope.mesh = roundedTo(options, std::move(offset.mesh));
+  if (!offset) return offset.error();
+  envelope.errorBound = offset->farthest;
+  envelope.mesh = roundedTo(options, std::move(offset->mesh));
   if (!findsCrossings()) return {};
   const auto crossings = findCrossings(envelope.mesh, 1);
   if (!crossings) return crossings.error();
@@ -177,6 +178,7 @@ Result<Envelope> withVoxels(double voxelSize, const Silhouette& silhouette,
   const VisitLattice visits(surface, std::move(*lattice),
                             model::partOf(progress, 0, options.reach ? 0.2 : 0.5),
                             /*withCrossings=*/!options.reach);
+  if (auto whole = visits.checkWhole(); !whole) return whole.error();
   if (options.reach) {
     auto done = makeOffset(surface, visits, options, envelope, model::partOf(progress, 0.2, 0.8));
     if (!done) return done.error();
@@ -189,7 +191,7 @@ Result<Envelope> withVoxels(double voxelSize, const Silhouette& silhouette,
                     voxelSize, missed->x(), missed->y(), missed->z()));
   }
   LatticeSurface made(visits);
-  if (progress) progress(0.6);
+  if (auto on = model::report(progress, 0.6); !on) return on.error();
   while (true) {
     envelope.mesh = roundedTo(options, made.mesh());
     if (!findsCrossings()) break;
@@ -293,7 +295,7 @@ Result<Envelope> onLattice(const Silhouette& silhouette, const EnvelopeOptions& 
   const double forParts = sizeForParts(silhouette);
   if (!envelope) {
     Error error = envelope.error();
-    if (options.singlePrecisionAbout && error.remedy == Remedy::None) {
+    if (options.singlePrecisionAbout && error.remedy == Remedy::None && !model::isStop(error)) {
       const double works = coarserForFloat32(silhouette, options, size, forParts);
       error.message += works > 0 ? fmt::format("; {} works", works)
                                  : std::string("; none that finds the solid is large enough");
@@ -386,7 +388,7 @@ Result<Envelope> envelopeOf(const Silhouette& silhouette, const EnvelopeOptions&
     const auto losses = lossesOf(silhouette, *envelope, options);
     envelope->losses.insert(envelope->losses.end(), losses.begin(), losses.end());
   }
-  if (progress) progress(1);
+  if (auto on = model::report(progress, 1); !on) return on.error();
   return envelope;
 }
 

@@ -14,6 +14,7 @@
 #include "measure/triangle_tree.h"
 #include "measure/winding_number.h"
 #include "model/parallel.h"
+#include "model/progress.h"
 #include "model/unit_scale.h"
 #include "model/voxel_size.h"
 
@@ -49,10 +50,12 @@ class Remesher {
   }
 
   Result<TriangleMesh> remesh(const model::Progress& progress) {
-    visit(measure::cubesThatMeet(
+    const auto near = measure::cubesThatMeet(
         lattice_,
         [&](const LatticeIndex& low, std::uint32_t size) { return isNearTriangle(low, size); },
-        model::partOf(progress, 0, 0.3)));
+        model::partOf(progress, 0, 0.3));
+    if (!near) return near.error();
+    visit(*near);
     // Nearly all is done in the first round; others follow the surface across holes.
     for (bool first = true; !front_.empty(); first = false) {
       if (seen_.size() > static_cast<std::size_t>(kMostRemeshedCells)) {
@@ -62,7 +65,8 @@ class Remesher {
                     {}, Remedy::RemeshSize);
       }
       const std::vector<std::uint64_t> cubes = std::exchange(front_, {});
-      findValues(cubes, first ? model::partOf(progress, 0.3, 0.9) : model::Progress());
+      const auto shown = first ? model::partOf(progress, 0.3, 0.9) : model::Progress();
+      if (auto found = findValues(cubes, shown); !found) return found.error();
       for (const std::uint64_t cube : cubes) {
         if (!follow(cube)) {
           return fail(ErrorCode::Unsupported, "what the triangles enclose has no end");
@@ -98,18 +102,20 @@ class Remesher {
   }
 
   /// Of the corners of cubes: the distance from the triangles, in voxels, negative inside; never 0.
-  void findValues(std::span<const std::uint64_t> cubes, const model::Progress& progress) {
+  Result<void> findValues(std::span<const std::uint64_t> cubes, const model::Progress& progress) {
     std::vector<std::uint64_t> points = measure::allCornersOf(cubes);
     std::erase_if(points, [&](std::uint64_t point) { return values_.contains(point); });
     // Crossings are kept away from the ends of edges, so the digits of a float do.
     std::vector<float> values(points.size());
-    model::forEach(points.size(), progress, [&](std::size_t i) {
+    auto done = model::forEach(points.size(), progress, [&](std::size_t i) {
       const Point3 point = lattice_.place(measure::indexOf(points[i]));
       const auto distance =
           static_cast<float>(std::max(tree_.nearest(point).distance / lattice_.spacing, 1e-6));
       values[i] = winding_.at(point) > 0.5 ? -distance : distance;
     });
+    if (!done) return done;
     for (std::size_t i = 0; i < points.size(); ++i) values_.emplace(points[i], values[i]);
+    return {};
   }
 
   /// Visits the neighbours of a cube into which the surface goes on. False at the end of the

@@ -14,6 +14,7 @@
 #include "edit/surface_crossings.h"
 #include "edit/vertex_tracks.h"
 #include "model/parallel.h"
+#include "model/progress.h"
 #include "t4d/check.h"
 #include "t4d/edit.h"
 #include "t4d/slice.h"
@@ -133,10 +134,8 @@ class Attempt {
     by_ = by;
     for (; rounds_ < options_.maxRounds; ++rounds_) {
       if (auto done = handle(contacts); !done) return done;
-      auto now = contactTimes(
-          bodies_, {body_.name, source(false).get()}, options_.clearance,
-          progress ? [&](double part) { progress((rounds_ + part) / options_.maxRounds); }
-                   : model::Progress());
+      auto now = contactTimes(bodies_, {body_.name, source(false).get()}, options_.clearance,
+                              model::eachOf(progress, rounds_, options_.maxRounds));
       if (!now) return now.error();
       if (now->empty()) {
         ++rounds_;

@@ -15,6 +15,7 @@
 #include "edit/slab_windows.h"
 #include "measure/space_time_tetrahedron.h"
 #include "model/parallel.h"
+#include "model/progress.h"
 #include "model/source_part.h"
 #include "t4d/check.h"
 #include "t4d/edit.h"
@@ -278,9 +279,9 @@ Result<SimplifyReport> simplify(const model::Source& source, const SimplifyOptio
         return std::make_shared<Result<Simplified>>(*slabs ? simplifier.inside(**slabs)
                                                            : Result<Simplified>(slabs->error()));
       },
-      [&, count = 0.0](const Made& made) mutable {
+      [&, count = std::size_t{0}](const Made& made) mutable {
         done = *made ? simplifier.add(std::move(**made)) : Result<void>(made->error());
-        if (progress) progress(++count / static_cast<double>(windows->size()));
+        if (done) done = model::report(progress, ++count, windows->size());
         return done.has_value();
       });
   if (done) done = simplifier.putLast();

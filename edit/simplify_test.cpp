@@ -122,6 +122,15 @@ TEST(Simplify, NoSliceIsFartherThanTheLargestErrorFromTheOriginal) {
   }
 }
 
+TEST(Simplify, StopsWhenTold) {
+  const model::Mesh mesh = wovenField(fixtures::translatingSphere(4, {3, 1, 2}), 8);
+  model::Mesh result;
+  const auto report = simplify(mesh, {.ratio = 0.2, .timeScale = 4, .windowSlabs = 2}, result,
+                               [](double) { return false; });
+  ASSERT_FALSE(report);
+  EXPECT_EQ(report.error().message, "stopped");
+}
+
 TEST(Simplify, TheNumberOfThreadsDoesNotMatter) {
   const model::Mesh mesh = wovenField(fixtures::translatingSphere(4, {3, 1, 2}), 8);
   std::vector<measure::MeshDigest> digests;

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "model/facets.h"
+#include "model/progress.h"
 
 namespace t4d::edit {
 namespace {
@@ -78,7 +79,7 @@ Result<VertexTracks> VertexTracks::of(const model::Source& source,
       }
       known = connectivity;
     }
-    if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(count));
+    if (auto on = model::report(progress, i + 1, count); !on) return on.error();
   }
   if (tracks.steps_ == 0) {
     return fail(ErrorCode::Unsupported, fmt::format("{} does not last", kWhy));

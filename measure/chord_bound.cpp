@@ -7,6 +7,8 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include "model/progress.h"
+
 namespace t4d::measure {
 namespace {
 
@@ -160,9 +162,7 @@ Result<std::optional<ChordBound>> chordBound(const model::Source& source,
       if (!bounds.add(**slab, *from, *to)) return std::optional<ChordBound>();
     }
     before = pose;
-    if (progress) {
-      progress(static_cast<double>(i + 1) / static_cast<double>(source.slabCount()));
-    }
+    if (auto on = model::report(progress, i + 1, source.slabCount()); !on) return on.error();
   }
   if (worst && motion.bound) {
     worst->isStated = true;

@@ -73,6 +73,7 @@ TEST(ChordBound, IsZeroForTranslationsAndUnknownForVoxelsAndDeformations) {
   const auto bound = chordBound(mesh, {0, 2}, {}, [&](double part) {
     EXPECT_GT(part, last);
     last = part;
+    return true;
   });
   ASSERT_TRUE(bound && *bound);
   EXPECT_EQ((*bound)->bound, 0);

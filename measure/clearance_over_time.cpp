@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "measure/overlap_depth.h"
+#include "model/progress.h"
 #include "t4d/slice.h"
 
 namespace t4d::measure {
@@ -93,7 +94,7 @@ Result<std::vector<ClearanceSample>> clearanceOverTime(const model::Source& a,
         samples.push_back(*sample);
       }
     }
-    if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(times.size()));
+    if (auto on = model::report(progress, i + 1, times.size()); !on) return on.error();
   }
   return samples;
 }

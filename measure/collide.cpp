@@ -9,6 +9,7 @@
 
 #include "measure/pair_search.h"
 #include "model/parallel.h"
+#include "model/progress.h"
 #include "model/unit_scale.h"
 
 namespace t4d::measure {
@@ -41,7 +42,7 @@ class PairSearches {
     auto done = forEachWindow(
         all, always,
         [&](const Visit& visit) { return searches_[visit.pair].findContacts(visit.window); },
-        [&](double part) { progress(kContacts * part); });
+        model::partOf(progress, 0, kContacts));
     if (!done) return done.error();
     for (PairSearch& search : searches_) search.finishContacts();
     done = forEachWindow(
@@ -51,7 +52,7 @@ class PairSearches {
           searches_[visit.pair].findClearance(visit.window);
           return {};
         },
-        [&](double part) { progress(kContacts + (1 - kContacts) * part); });
+        model::partOf(progress, kContacts, 1));
     if (!done) return done.error();
     std::vector<Collision> collisions;
     for (PairSearch& search : searches_) {
@@ -101,7 +102,7 @@ class PairSearches {
       for (const Result<void>& one : done) {
         if (!one) return one;
       }
-      progress(static_cast<double>(end) / static_cast<double>(visits.size()));
+      if (auto on = model::report(progress, end, visits.size()); !on) return on;
     }
     return {};
   }
@@ -170,12 +171,11 @@ void scaleBack(Collision& collision, const model::UnitScale& space, const model:
 
 /// A pair whose sizes or times are far from 1, in units of its own.
 Result<Collision> collideInUnits(const SourcePair& pair, const model::UnitScale& space,
-                                 const model::UnitScale& time, const CollideOptions& options,
-                                 const model::Progress& progress) {
+                                 const model::UnitScale& time, const CollideOptions& options) {
   const model::UnitSource a(*pair.a, space, time);
   const model::UnitSource b(*pair.b, space, time);
   const SourcePair inUnits{&a, &b};
-  auto collisions = PairSearches({&inUnits, 1}, options).run(progress);
+  auto collisions = PairSearches({&inUnits, 1}, options).run({});
   if (!collisions) return collisions.error();
   scaleBack(collisions->front(), space, time);
   return std::move(collisions->front());
@@ -186,9 +186,6 @@ Result<Collision> collideInUnits(const SourcePair& pair, const model::UnitScale&
 Result<std::vector<Collision>> collideAll(std::span<const SourcePair> pairs,
                                           const CollideOptions& options,
                                           const model::Progress& progress) {
-  const auto report = [&](double part) {
-    if (progress) progress(part);
-  };
   std::vector<Collision> collisions(pairs.size());
   std::vector<SourcePair> together;
   std::vector<std::size_t> numbers;
@@ -202,14 +199,14 @@ Result<std::vector<Collision>> collideAll(std::span<const SourcePair> pairs,
       numbers.push_back(i);
       continue;
     }
-    auto alone = collideInUnits(pairs[i], *space, time, options, [](double /*part*/) {});
+    auto alone = collideInUnits(pairs[i], *space, time, options);
     if (!alone) return alone.error();
     collisions[i] = std::move(*alone);
   }
-  auto found = PairSearches(together, options).run(report);
+  auto found = PairSearches(together, options).run(progress);
   if (!found) return found.error();
   for (std::size_t i = 0; i < numbers.size(); ++i) collisions[numbers[i]] = std::move((*found)[i]);
-  report(1);
+  if (auto on = model::report(progress, 1); !on) return on.error();
   return collisions;
 }
 

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "model/parallel.h"
+#include "model/progress.h"
 #include "t4d/slice.h"
 
 namespace t4d::measure {
@@ -64,10 +65,9 @@ Result<std::vector<SliceComparison>> compareAt(std::span<const model::Body> a,
           return false;
         }
         comparisons.push_back(**comparison);
-        if (progress) {
-          progress(static_cast<double>(comparisons.size()) / static_cast<double>(times.size()));
-        }
-        return true;
+        const auto on = model::report(progress, comparisons.size(), times.size());
+        if (!on) error = on.error();
+        return on.has_value();
       });
   if (error) return *error;
   return comparisons;

@@ -4,6 +4,7 @@
 #include <bit>
 
 #include "model/parallel.h"
+#include "model/progress.h"
 
 namespace t4d::measure {
 namespace {
@@ -32,8 +33,9 @@ class Tetrahedra {
         level_(level),
         margin_(margin) {}
 
-  TriangleMesh march(std::span<const std::uint64_t> cubes, const model::Progress& progress) {
-    findMixed(cubes, progress);
+  Result<TriangleMesh> march(std::span<const std::uint64_t> cubes,
+                             const model::Progress& progress) {
+    if (auto found = findMixed(cubes, progress); !found) return found.error();
     setVertices();
     setTriangles();
     return std::move(mesh_);
@@ -44,9 +46,9 @@ class Tetrahedra {
 
   bool isInside(std::uint32_t point) const { return values_[point] <= level_; }
 
-  void findMixed(std::span<const std::uint64_t> cubes, const model::Progress& progress) {
+  Result<void> findMixed(std::span<const std::uint64_t> cubes, const model::Progress& progress) {
     mixed_.resize(cubes.size());
-    model::forEach(cubes.size(), progress, [&](std::size_t i) {
+    auto done = model::forEach(cubes.size(), progress, [&](std::size_t i) {
       for (unsigned corner = 0; corner < 8; ++corner) {
         const std::uint64_t key = keyOf(cornerOf(indexOf(cubes[i]), corner));
         mixed_[i][corner] =
@@ -57,6 +59,7 @@ class Tetrahedra {
       return std::ranges::all_of(cube, [&](auto point) { return isInside(point); }) ||
              std::ranges::none_of(cube, [&](auto point) { return isInside(point); });
     });
+    return done;
   }
 
   template <class Visit>
@@ -145,9 +148,10 @@ class Tetrahedra {
 
 }  // namespace
 
-TriangleMesh marchingTetrahedra(const SpaceLattice& lattice, std::span<const std::uint64_t> cubes,
-                                const LatticeValues& values, double level, double margin,
-                                const model::Progress& progress) {
+Result<TriangleMesh> marchingTetrahedra(const SpaceLattice& lattice,
+                                        std::span<const std::uint64_t> cubes,
+                                        const LatticeValues& values, double level, double margin,
+                                        const model::Progress& progress) {
   return Tetrahedra(lattice, values, level, margin).march(cubes, progress);
 }
 

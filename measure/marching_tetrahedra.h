@@ -22,9 +22,10 @@ struct LatticeValues {
 /// `cubes` are the keys of the cubes' lowest corners; all those that the surface passes through
 /// must be among them, and their corners must have values. A corner whose value is `level` is
 /// inside. Vertices keep `margin`, a part of the edge that they are on, away from its ends.
-model::TriangleMesh marchingTetrahedra(const SpaceLattice& lattice,
-                                       std::span<const std::uint64_t> cubes,
-                                       const LatticeValues& values, double level, double margin,
-                                       const model::Progress& progress = {});
+/// Fails if it is told to stop.
+Result<model::TriangleMesh> marchingTetrahedra(const SpaceLattice& lattice,
+                                               std::span<const std::uint64_t> cubes,
+                                               const LatticeValues& values, double level,
+                                               double margin, const model::Progress& progress = {});
 
 }  // namespace t4d::measure

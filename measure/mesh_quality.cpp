@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "model/parallel.h"
+#include "model/progress.h"
 #include "model/unit_scale.h"
 #include "t4d/check.h"
 
@@ -117,12 +118,10 @@ Result<void> eachSlab(std::span<const model::Body> bodies, const model::Progress
   for (const model::Body& body : bodies) all += body.source->slabCount();
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const std::size_t here = bodies[b].source->slabCount();
-    const auto ofAll = [&](double fraction) {
-      progress((static_cast<double>(before) + fraction * static_cast<double>(here)) /
-               static_cast<double>(all));
-    };
+    const auto share = [&](std::size_t slabs) { return double(slabs) / double(all); };
     Visitor visitor(make, take, b);
-    auto done = model::pump(*bodies[b].source, visitor, progress ? ofAll : model::Progress());
+    auto done = model::pump(*bodies[b].source, visitor,
+                            model::partOf(progress, share(before), share(before + here)));
     if (!done) return done;
     before += here;
   }

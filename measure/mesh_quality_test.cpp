@@ -251,7 +251,10 @@ TEST(MeshQuality, ProgressGoesOnFromBodyToBody) {
   const model::Mesh mesh = movingCube({0.7, 0, 0});
   const std::vector<model::Body> bodies = {{"a", &mesh}, {"b", &mesh}, {"c", &mesh}};
   std::vector<double> seen = {0};
-  ASSERT_TRUE(measureQuality(bodies, {}, [&](double part) { seen.push_back(part); }));
+  ASSERT_TRUE(measureQuality(bodies, {}, [&](double part) {
+    seen.push_back(part);
+    return true;
+  }));
   EXPECT_TRUE(std::ranges::is_sorted(seen));
   EXPECT_EQ(seen.back(), 1);
 }

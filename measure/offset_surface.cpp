@@ -36,9 +36,9 @@ class Offset {
         level_(levelOf(reach, lattice_.spacing) * unit_),
         tree_(scaled(surface)) {}
 
-  TriangleMesh make(const model::Progress& progress) {
-    findCubes(model::partOf(progress, 0, 0.5));
-    findValues(model::partOf(progress, 0.5, 0.9));
+  Result<TriangleMesh> make(const model::Progress& progress) {
+    if (auto found = findCubes(model::partOf(progress, 0, 0.5)); !found) return found.error();
+    if (auto found = findValues(model::partOf(progress, 0.5, 0.9)); !found) return found.error();
     return marchingTetrahedra(lattice_, cubes_, values_, level_ * level_, kOffsetMargin,
                               model::partOf(progress, 0.9, 1));
   }
@@ -98,19 +98,22 @@ class Offset {
   /// Where corners on both sides differ, one is no farther than the level from the set's surface
   /// and the other farther: an edge is no longer than sqrt(3) spacings, and the level half of that
   /// at least, so the set's surface does not pass between points that are both farther away.
-  void findCubes(const model::Progress& progress) {
-    cubes_ = cubesThatMeet(
+  Result<void> findCubes(const model::Progress& progress) {
+    auto cubes = cubesThatMeet(
         lattice_, [&](const LatticeIndex& low, std::uint32_t size) { return mayMeet(low, size); },
         progress);
+    if (!cubes) return cubes.error();
+    cubes_ = std::move(*cubes);
+    return {};
   }
 
-  void findValues(const model::Progress& progress) {
+  Result<void> findValues(const model::Progress& progress) {
     std::vector<std::uint64_t>& points = values_.points;
     std::vector<double>& values = values_.values;
     points = allCornersOf(cubes_);
     values.resize(points.size());
     const double most = level_ + 2 * std::numbers::sqrt3 * lattice_.spacing * unit_;
-    model::forEach(points.size(), progress, [&](std::size_t i) {
+    return model::forEach(points.size(), progress, [&](std::size_t i) {
       const LatticeIndex point = indexOf(points[i]);
       if (visits_.isInside(point)) return;
       const double distance = tree_.nearest(lattice_.place(point) * unit_, most).distance;
@@ -135,10 +138,11 @@ double farthestOfOffset(double reach, double spacing) {
   return levelOf(reach, spacing) + (kHalfDiagonal + kMoved) * spacing;
 }
 
-OffsetSurface offsetSurface(const TriangleMesh& surface, const VisitLattice& visits, double reach,
-                            const model::Progress& progress) {
-  return {Offset(surface, visits, reach).make(progress),
-          farthestOfOffset(reach, visits.lattice().spacing)};
+Result<OffsetSurface> offsetSurface(const TriangleMesh& surface, const VisitLattice& visits,
+                                    double reach, const model::Progress& progress) {
+  auto mesh = Offset(surface, visits, reach).make(progress);
+  if (!mesh) return mesh.error();
+  return OffsetSurface{std::move(*mesh), farthestOfOffset(reach, visits.lattice().spacing)};
 }
 
 }  // namespace t4d::measure

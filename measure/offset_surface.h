@@ -30,8 +30,9 @@ struct OffsetSurface {
 ///
 /// Vertices keep kOffsetMargin of an edge away from lattice points, and reach is enlarged by as
 /// much. The rounding of coordinates is left to the caller, to be added to `reach`.
-OffsetSurface offsetSurface(const model::TriangleMesh& surface, const VisitLattice& visits,
-                            double reach, const model::Progress& progress = {});
+/// Fails if it is told to stop.
+Result<OffsetSurface> offsetSurface(const model::TriangleMesh& surface, const VisitLattice& visits,
+                                    double reach, const model::Progress& progress = {});
 
 inline constexpr double kOffsetMargin = 0x1p-6;
 

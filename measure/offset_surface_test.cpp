@@ -22,7 +22,7 @@ OffsetSurface offsetOf(const TriangleMesh& mesh, double spacing, double reach) {
   auto lattice = SpaceLattice::about(bounds, spacing);
   EXPECT_TRUE(lattice) << (lattice ? "" : lattice.error().text());
   const VisitLattice visits(mesh, std::move(*lattice), {}, /*withCrossings=*/false);
-  return offsetSurface(mesh, visits, reach);
+  return offsetSurface(mesh, visits, reach).value();
 }
 
 TriangleMesh plate() {

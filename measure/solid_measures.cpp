@@ -1,12 +1,14 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <mutex>
 #include <numeric>
 
 #include <fmt/format.h>
 
 #include "measure/surface_genus.h"
 #include "model/parallel.h"
+#include "model/progress.h"
 #include "t4d/check.h"
 #include "t4d/mesh.h"
 #include "t4d/slice.h"
@@ -80,8 +82,11 @@ Result<std::vector<std::vector<SolidMeasures>>> measuresOfEach(std::span<const m
     for (std::size_t i = 0; i < times.size(); ++i) ofBody[i].time = times[i];
   }
   std::vector<Result<void>> outcomes(runs);
-  std::atomic<std::size_t> done = 0;
+  std::size_t done = 0;
+  std::atomic<bool> ended = false;
+  std::mutex reporting;
   model::forEachTask(runs, [&](std::size_t run) {
+    if (ended) return;
     const auto own =
         std::span(order).subspan(run * kRun, std::min(kRun, order.size() - run * kRun));
     for (std::size_t b = 0; b < bodies.size(); ++b) {
@@ -102,8 +107,10 @@ Result<std::vector<std::vector<SolidMeasures>>> measuresOfEach(std::span<const m
         measures[b][there[k]].add(measuresOf(slices[k]->mesh));
       }
     }
+    const std::scoped_lock lock(reporting);
     done += own.size();
-    if (progress) progress(static_cast<double>(done) / static_cast<double>(times.size()));
+    outcomes[run] = model::report(progress, done, times.size());
+    if (!outcomes[run]) ended = true;
   });
   for (const Result<void>& outcome : outcomes) {
     if (!outcome) return outcome.error();

@@ -128,13 +128,24 @@ TEST(SolidMeasures, OfEachBodyAddUpToThoseOfAll) {
   EXPECT_FALSE(measuresOfEach(bodies, std::vector<double>{3.5}));
 }
 
+TEST(SolidMeasures, StopWhenTold) {
+  const model::Mesh mesh = rest(fixtures::cube(1), 0);
+  const model::Body bodies[] = {{"cube", &mesh}};
+  const auto found =
+      measuresAt(bodies, model::evenTimes({0, 1}, 100), [](double) { return false; });
+  ASSERT_FALSE(found);
+  EXPECT_EQ(found.error().message, "stopped");
+}
+
 TEST(SolidMeasures, OfSeveralBodiesAreThoseThatExist) {
   const model::Mesh early = rest(fixtures::cube(1), 0);
   const model::Mesh late = rest(fixtures::cube(2), 3);
   const model::Body bodies[] = {{"early", &early}, {"late", &late}};
   double most = 0;
-  const auto found = measuresAt(bodies, std::vector<double>{3.5, 0.5, 2},
-                                [&](double part) { most = std::max(most, part); });
+  const auto found = measuresAt(bodies, std::vector<double>{3.5, 0.5, 2}, [&](double part) {
+    most = std::max(most, part);
+    return true;
+  });
   ASSERT_TRUE(found);
   EXPECT_EQ(most, 1);
   EXPECT_NEAR((*found)[0].volume, 8, 1e-12);

@@ -79,7 +79,7 @@ std::uint32_t SpaceLattice::firstAfter(int axis, double value) const {
   return firstNear(axis, value, [value](double point) { return point <= value; });
 }
 
-std::vector<std::uint64_t> cubesThatMeet(
+Result<std::vector<std::uint64_t>> cubesThatMeet(
     const SpaceLattice& lattice,
     const std::function<bool(const LatticeIndex& low, std::uint32_t size)>& mayMeet,
     const model::Progress& progress) {
@@ -94,8 +94,10 @@ std::vector<std::uint64_t> cubesThatMeet(
     const model::Progress shown = size == 1   ? model::partOf(progress, 0.5, 1)
                                   : size == 2 ? model::partOf(progress, 0, 0.5)
                                               : model::Progress();
-    model::forEach(blocks.size(), shown,
-                   [&](std::size_t i) { meets[i] = mayMeet(indexOf(blocks[i]), size) ? 1 : 0; });
+    const auto done = model::forEach(blocks.size(), shown, [&](std::size_t i) {
+      meets[i] = mayMeet(indexOf(blocks[i]), size) ? 1 : 0;
+    });
+    if (!done) return done.error();
     std::vector<std::uint64_t> next;
     for (std::size_t i = 0; i < blocks.size(); ++i) {
       if (meets[i] == 0) continue;

@@ -65,7 +65,7 @@ struct SpaceLattice {
 /// The cubes of a lattice for which, and for all blocks of cubes around which, `mayMeet` is true:
 /// keys of their lowest corners, increasing. A block has `size` cubes along each axis, a power of
 /// two, and may go beyond the end of the lattice. `mayMeet` is called on all threads.
-std::vector<std::uint64_t> cubesThatMeet(
+Result<std::vector<std::uint64_t>> cubesThatMeet(
     const SpaceLattice& lattice,
     const std::function<bool(const LatticeIndex& low, std::uint32_t size)>& mayMeet,
     const model::Progress& progress = {});

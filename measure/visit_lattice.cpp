@@ -128,12 +128,12 @@ struct VisitLattice::Edge {
 
 std::vector<VisitLattice::Event> VisitLattice::eventsAlong(const TriangleMesh& surface, int axis,
                                                            std::span<const Edge> wanted,
-                                                           const model::Progress& progress) const {
+                                                           const model::Progress& progress) {
   const int u = (axis + 1) % 3;
   const int v = (axis + 2) % 3;
   const std::size_t groups = (surface.triangles.size() + kTogether - 1) / kTogether;
   std::vector<std::vector<Event>> found(groups);
-  model::forEach(groups, progress, [&](std::size_t group) {
+  whole_ = model::forEach(groups, progress, [&](std::size_t group) {
     const std::size_t end = std::min((group + 1) * kTogether, surface.triangles.size());
     for (std::size_t i = group * kTogether; i < end; ++i) {
       const std::array<Point3, 3> corners = cornersOf(surface, i);
@@ -187,6 +187,7 @@ std::vector<VisitLattice::Event> VisitLattice::eventsAlong(const TriangleMesh& s
     }
   });
   std::vector<Event> events;
+  if (!whole_) return events;
   std::size_t count = 0;
   for (const auto& some : found) count += some.size();
   events.reserve(count);
@@ -329,14 +330,16 @@ VisitLattice::VisitLattice(const TriangleMesh& surface, SpaceLattice lattice,
   };
   const std::vector<Event> upward =
       eventsAlong(surface, 2, {}, withCrossings ? third(0) : progress);
+  if (!whole_) return;
   setColumns(upward);
   if (!withCrossings) return;
   crossings_[2] = crossingsOf(surface, 2, edgesAlong(2), upward);
   for (int axis = 0; axis < 2; ++axis) {
     const std::vector<Edge> edges = edgesAlong(axis);
     if (edges.empty()) continue;
-    crossings_[axis] =
-        crossingsOf(surface, axis, edges, eventsAlong(surface, axis, edges, third(1 + axis)));
+    const std::vector<Event> events = eventsAlong(surface, axis, edges, third(1 + axis));
+    if (!whole_) return;
+    crossings_[axis] = crossingsOf(surface, axis, edges, events);
   }
 }
 

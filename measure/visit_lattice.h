@@ -31,6 +31,8 @@ class VisitLattice {
   /// crossings there are only the winding numbers, in a third of the time.
   VisitLattice(const model::TriangleMesh& surface, SpaceLattice lattice,
                const model::Progress& progress = {}, bool withCrossings = true);
+  /// Fails if it was told to stop; it is of no use then.
+  Result<void> checkWhole() const { return whole_; }
 
   /// About how many bytes the lattice and a surface made from it take.
   static double estimatedBytes(const model::TriangleMesh& surface, const SpaceLattice& lattice);
@@ -52,8 +54,7 @@ class VisitLattice {
   struct Edge;
 
   std::vector<Event> eventsAlong(const model::TriangleMesh& surface, int axis,
-                                 std::span<const Edge> wanted,
-                                 const model::Progress& progress) const;
+                                 std::span<const Edge> wanted, const model::Progress& progress);
   void setColumns(const std::vector<Event>& events);
   std::vector<Edge> edgesAlong(int axis) const;
   std::vector<LatticeCrossing> crossingsOf(const model::TriangleMesh& surface, int axis,
@@ -68,6 +69,7 @@ class VisitLattice {
   std::span<const Run> column(std::uint32_t x, std::uint32_t y) const;
 
   SpaceLattice lattice_;
+  Result<void> whole_;
   std::vector<std::uint64_t> columnEnds_;  // of the runs of each column along z
   std::vector<Run> runs_;
   std::array<std::vector<LatticeCrossing>, 3> crossings_;

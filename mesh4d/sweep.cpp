@@ -19,6 +19,7 @@
 #include "model/corner_attributes.h"
 #include "model/limits.h"
 #include "model/parallel.h"
+#include "model/progress.h"
 #include "model/surface_check.h"
 
 namespace t4d::mesh4d {
@@ -307,11 +308,8 @@ class Sweeper {
     Result<void> result;
     const auto take = [&](const StepPointer& step) {
       result = step->read ? takeStep(*step, lookForFolds) : step->read;
-      if (!result) return false;
-      if (progress_) {
-        progress_(static_cast<double>(step->number + 1 - range.begin) / static_cast<double>(steps));
-      }
-      return true;
+      if (result) result = model::report(progress_, step->number + 1 - range.begin, steps);
+      return result.has_value();
     };
     model::inOrder<StepPointer, StepPointer>(steps, model::slabsAtOnce(connectivity->cells.size()),
                                              read, make, take);

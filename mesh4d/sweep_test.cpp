@@ -65,6 +65,18 @@ TEST(Sweep, AttributesOfAnInsideOutMeshAreTurnedRoundWithItsTriangles) {
   }
 }
 
+TEST(Sweep, StopsWhenTold) {
+  std::size_t reports = 0;
+  model::Mesh swept;
+  const auto report =
+      sweep(fixtures::cube(2), turnAbout({1, 2, 3}, 300), options(StepsPerSegment{50}), swept,
+            [&](double) { return ++reports < 7; });
+  ASSERT_FALSE(report);
+  EXPECT_EQ(report.error().message, "stopped");
+  EXPECT_EQ(reports, 7U);
+  EXPECT_LT(swept.slabCount(), 12U);
+}
+
 TEST(Sweep, LayersHaveTheirPosesButWherePartsMeet) {
   const model::Motion motion = turnAbout({1, 2, 3}, 70);
   for (std::uint64_t number = 1; number <= 3; ++number) {

@@ -23,7 +23,7 @@
 #include <tbb/task_group.h>
 #endif
 
-#include "t4d/mesh.h"
+#include "model/progress.h"
 
 /// Work on all threads: the only file that includes oneTBB. Without it (T4D_SERIAL) everything runs
 /// in the thread of the caller, with the same results.
@@ -89,18 +89,23 @@ void forEachTask(std::size_t count, const Body& body) {
   forRanges(0, count, 1, [&](std::size_t i, std::size_t) { body(i); });
 }
 
-/// forEach that reports progress, from the calling thread alone, which works along.
+/// forEach that reports progress, from the calling thread alone, which works along. Fails if it is
+/// told to stop.
 template <class Body>
-void forEach(std::size_t count, const Progress& progress, const Body& body) {
+Result<void> forEach(std::size_t count, const Progress& progress, const Body& body) {
   const auto caller = std::this_thread::get_id();
   std::atomic<std::size_t> done = 0;
+  std::atomic<bool> ended = false;
+  Result<void> result;
   forEach(count, [&](std::size_t i) {
+    if (ended) return;
     body(i);
     const std::size_t now = ++done;
-    if (progress && std::this_thread::get_id() == caller) {
-      progress(static_cast<double>(now) / static_cast<double>(count));
-    }
+    if (std::this_thread::get_id() != caller || ended) return;
+    result = report(progress, now, count);
+    if (!result) ended = true;
   });
+  return result;
 }
 
 /// Calls all of `works`, which may run at the same time.

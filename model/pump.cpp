@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "model/parallel.h"
+#include "model/progress.h"
 #include "t4d/mesh.h"
 
 namespace t4d::model {
@@ -66,7 +67,8 @@ Result<void> pump(const Source& source, Sink& sink, const Progress& progress) {
       result = sink.putPrepared(**item->slab, item->prepared.get());
       if (!result) return false;
       ++done;
-      if (progress) progress(static_cast<double>(done) / static_cast<double>(count));
+      result = report(progress, done, count);
+      if (!result) return false;
       // More than two of these are not meant to be in memory.
       if (!item->isLarge() || atOnce <= kFewSlabs) return true;
       atOnce = kFewSlabs;

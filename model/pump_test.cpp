@@ -78,6 +78,7 @@ TEST(Pump, PutsSlabsInOrderWithWhatWasPreparedOfThem) {
     ASSERT_TRUE(pump(source, times, [&](double fraction) {
       EXPECT_GE(fraction, progress);
       progress = fraction;
+      return true;
     }));
     EXPECT_EQ(progress, 1);
     ASSERT_EQ(times.times.size(), kSlabs);
@@ -96,6 +97,16 @@ TEST(Pump, HasTwoSlabsInMemoryUnlessTheyAreKnownToBeSmall) {
   EXPECT_LE(mostOf({}), 2);
   EXPECT_LE(mostOf(std::uint64_t{1} << 30), 2);
   EXPECT_LE(mostOf(1), static_cast<int>(2 * threadCount()));
+}
+
+TEST(Pump, StopsWhenTold) {
+  const Slow source(10);
+  Times times;
+  const auto done = pump(source, times, [&](double) { return times.times.size() < 3; });
+  ASSERT_FALSE(done);
+  EXPECT_EQ(done.error().code, ErrorCode::Failed);
+  EXPECT_EQ(done.error().message, "stopped");
+  EXPECT_EQ(times.times.size(), 3U);
 }
 
 TEST(Pump, EndsAtTheFirstFailure) {

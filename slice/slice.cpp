@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "model/parallel.h"
+#include "model/progress.h"
 #include "model/slab_groups.h"
 #include "slice/slab_at_time.h"
 #include "slice/slab_cutter.h"
@@ -266,8 +267,7 @@ Result<Slice> slice(const model::Source& source, const Hyperplane& hyperplane,
     } else {
       slicer.add(std::move(*item->cut));
     }
-    ++done;
-    if (progress) progress(static_cast<double>(done) / static_cast<double>(count));
+    if (const auto on = model::report(progress, ++done, count); !on && !error) error = on.error();
     return !error;
   };
   model::inOrder<ItemPointer, ItemPointer>(count, model::threadCount(), read, cut, take);

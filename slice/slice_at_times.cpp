@@ -4,6 +4,7 @@
 #include <numeric>
 #include <optional>
 
+#include "model/progress.h"
 #include "model/slab_groups.h"
 #include "t4d/slice.h"
 
@@ -52,7 +53,10 @@ std::vector<Result<Slice>> sliceAtTimes(const model::Source& source, std::span<c
   std::vector<Result<Slice>> slices(times.size());
   for (std::size_t done = 0; done < order.size(); ++done) {
     slices[order[done]] = slicer.at(times[order[done]]);
-    if (progress) progress(static_cast<double>(done + 1) / static_cast<double>(order.size()));
+    const auto on = model::report(progress, done + 1, order.size());
+    if (on) continue;
+    for (std::size_t left = done + 1; left < order.size(); ++left) slices[order[left]] = on.error();
+    break;
   }
   return slices;
 }

@@ -40,7 +40,10 @@ TEST(SliceAtTimes, GivesWhatSliceAtTimeGivesAndReadsEachSlabOnce) {
   const std::vector<double> times = {7, 10, 0, 3.3, 3.31, 3.3, -1, 11, nan, 9.99};
   const Counted source(mesh);
   double fraction = 0;
-  const auto slices = sliceAtTimes(source, times, [&](double done) { fraction = done; });
+  const auto slices = sliceAtTimes(source, times, [&](double done) {
+    fraction = done;
+    return true;
+  });
   ASSERT_EQ(slices.size(), times.size());
   EXPECT_EQ(fraction, 1);
   for (std::size_t i = 0; i < times.size(); ++i) {

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "model/progress.h"
 #include "model/voxel_size.h"
 #include "t4d/frames.h"
 #include "t4d/weave.h"
@@ -143,9 +144,8 @@ Result<VoxelSeries> writeVoxelFrames(const SolidAtTime& solid, const std::vector
     }
     before = std::move(after);
     partsBefore = std::move(partsAfter);
-    if (progress && isOwn) {
-      progress(static_cast<double>(series.frames) / static_cast<double>(own.size()));
-    }
+    if (!isOwn) continue;
+    if (auto on = model::report(progress, series.frames, own.size()); !on) return on.error();
   }
   if (files) {
     if (auto done = beforeRenaming ? beforeRenaming() : Result<void>(); !done) {

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "model/limits.h"
+#include "model/progress.h"
 #include "platform/freed_memory.h"
 #include "t4d/mesh.h"
 #include "voxel4d/frame_layer.h"
@@ -156,9 +157,8 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
     before = std::move(after);
     partsBefore = std::move(partsAfter);
     ++slabs.report.frames;
-    if (progress) {
-      progress(static_cast<double>(slabs.report.frames) / static_cast<double>(steps.size() + 1));
-    }
+    const auto on = model::report(progress, slabs.report.frames, steps.size() + 1);
+    if (!on) return on.error();
   }
   if (!part.isLast()) return slabs.report;
   const double end = before.time();

@@ -197,6 +197,17 @@ TEST(Weave, TilesAndBlocksGiveTheSameMesh) {
   expectSameMesh(a, b);
 }
 
+TEST(Weave, StopsWhenTold) {
+  const auto ball = [](int x, int y, int z, int) { return std::hypot(x - 8, y - 8, z - 8) - 5; };
+  BoxFrames frames({16, 16, 16}, 9, ball, true);
+  std::size_t reports = 0;
+  model::Mesh woven;
+  const auto report = weave(frames, {}, woven, [&](double) { return ++reports < 3; });
+  ASSERT_FALSE(report);
+  EXPECT_EQ(report.error().message, "stopped");
+  EXPECT_EQ(reports, 3U);
+}
+
 TEST(Weave, SameBytesForAnyNumberOfThreads) {
   const auto ball = [](int x, int y, int z, int frame) {
     return std::hypot(x - 20.3, y - 19.1, z - 12 - 2.3 * frame) - 9;

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "model/parallel.h"
+#include "model/progress.h"
 #include "platform/stopwatch.h"
 #include "t4d/conformance.h"
 
@@ -95,7 +96,7 @@ CaseResult runCase(const Case& given, const Backend& backend, bool quick,
     }
     if (count > 0) level.sliceError = std::sqrt(squares / count);
     result.levels.push_back(std::move(level));
-    if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(resolutions.size()));
+    if (!model::report(progress, i + 1, resolutions.size())) break;
   }
   if (result.levels.size() == resolutions.size() && resolutions.size() > 1) {
     result.orders = {orderOf(&Level::hypervolumeError, result.levels),

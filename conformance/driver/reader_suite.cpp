@@ -12,6 +12,7 @@
 
 #include "conformance/driver/served_reader.h"
 #include "formats/output_folder.h"
+#include "model/progress.h"
 #include "platform/temporary_folder.h"
 
 namespace t4d::conformance {
@@ -112,7 +113,10 @@ class SuiteRun {
         last = {i, j};
       }
       if (progress_ && mutex_.try_lock()) {
-        progress_(static_cast<double>(next) / static_cast<double>(queue_.size()));
+        if (auto on = model::report(progress_, next, queue_.size()); !on) {
+          error_ = on.error();
+          failed_ = true;
+        }
         mutex_.unlock();
       }
     }

@@ -14,6 +14,7 @@
 #include "conformance/corpus/corpus.h"
 #include "formats/output_folder.h"
 #include "formats/t4d/chunk_list.h"
+#include "model/progress.h"
 #include "platform/replaceable.h"
 #include "platform/temporary_folder.h"
 #include "t4d/check.h"
@@ -267,7 +268,10 @@ class WriterRun {
       }
       if (report->isWrong() && options_.first) ended_ = true;
       if (report->outcome != Outcome::Skipped) reports_[i] = std::move(*report);
-      if (progress_) progress_(static_cast<double>(i + 1) / static_cast<double>(cases_.size()));
+      if (auto on = model::report(progress_, i + 1, cases_.size()); !on) {
+        error_ = on.error();
+        ended_ = true;
+      }
     }
   }
 

@@ -118,7 +118,8 @@ Result<ChunkFile::Chunk> readForCopy(const ChunkFile& from, const ChunkHeader& k
 }
 
 Result<void> copyChunks(const ChunkFile& file, const CopiedFile& from, const CopiedChunks& all,
-                        const PutChunk& put, CopyState& state, const std::function<void()>& one) {
+                        const PutChunk& put, CopyState& state,
+                        const std::function<Result<void>()>& one) {
   const auto isLeftOut = [&](const ChunkHeader& chunk) {
     if (chunk.type == kPage || chunk.type == kPageList) return true;  // made anew
     if (!isUnknown(chunk.type)) return false;
@@ -137,7 +138,7 @@ Result<void> copyChunks(const ChunkFile& file, const CopiedFile& from, const Cop
       if (known.type == kSlab) record = all.slabs[slab++];
       if (auto done = put(*chunk, record ? &*record : nullptr); !done) return done;
     }
-    one();
+    if (auto on = one(); !on) return on;
   }
   return {};
 }

@@ -77,7 +77,8 @@ Result<ChunkFile::Chunk> readForCopy(const ChunkFile& from, const ChunkHeader& k
 /// copied and without pages of the index; calls `one` after each. `file` is `from`, opened, and
 /// `all` has its chunks.
 Result<void> copyChunks(const ChunkFile& file, const CopiedFile& from, const CopiedChunks& all,
-                        const PutChunk& put, CopyState& state, const std::function<void()>& one);
+                        const PutChunk& put, CopyState& state,
+                        const std::function<Result<void>()>& one);
 
 /// HEAD of a file into which others are copied.
 struct CopyHead {

@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "model/progress.h"
+
 namespace t4d::formats {
 
 using namespace t4d_layout;
@@ -144,8 +146,8 @@ FileScan scanFile(const ChunkFile& file, std::uint64_t firstChunk, std::size_t b
   std::optional<Error> damage;
   while (!scanner.done() && !damage) {
     if (const auto next = scanner.next(); !next) damage = next.error();
-    if (progress) {
-      progress(static_cast<double>(scanner.scan().end) / static_cast<double>(file.size()));
+    if (auto on = model::report(progress, scanner.scan().end, file.size()); !on) {
+      damage = on.error();
     }
   }
   FileScan scan = scanner.take();

@@ -89,10 +89,7 @@ Result<JoinReport> Joiner::write(const std::filesystem::path& into,
   auto out = beginCopy(into, metadata(losses), parts_);
   if (!out) return out.error();
   std::uint64_t done = 0;
-  const auto one = [&] {
-    if (!progress) return;
-    progress(static_cast<double>(++done) / static_cast<double>(chunks_.chunks.size()));
-  };
+  const auto one = [&] { return model::report(progress, ++done, chunks_.chunks.size()); };
   CopyState state;
   const auto posed = [](const CopiedFile& part) {
     const std::vector<std::string>& features = part.metadata().features;

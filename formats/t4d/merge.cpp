@@ -14,6 +14,7 @@
 #include "formats/t4d/metadata.h"
 #include "formats/t4d/names.h"
 #include "formats/t4d/within_memory.h"
+#include "model/progress.h"
 #include "platform/crc32c.h"
 
 namespace t4d::formats {
@@ -71,10 +72,7 @@ class Merger {
     auto chunks = beginCopy(into, metadata(), files_);
     if (!chunks) return chunks.error();
     std::uint64_t done = 0;
-    const auto one = [&] {
-      if (!progress) return;
-      progress(static_cast<double>(++done) / static_cast<double>(chunks_.chunks.size()));
-    };
+    const auto one = [&] { return model::report(progress, ++done, chunks_.chunks.size()); };
     CopyState state;
     std::uint32_t firstBody = 0;
     for (const CopiedFile& file : files_) {
@@ -205,19 +203,13 @@ Result<MergeReport> mergeT4d(const std::vector<std::filesystem::path>& files,
   constexpr double kReading = 0.5;
   Merger merger;
   for (std::size_t i = 0; i < files.size(); ++i) {
-    const auto reading = [&](double fraction) {
-      if (!progress) return;
-      progress(kReading * (static_cast<double>(i) + fraction) / static_cast<double>(files.size()));
-    };
+    const auto reading = model::eachOf(model::partOf(progress, 0, kReading), i, files.size());
     const auto added =
         withinMemory(files[i].string(), [&] { return merger.add(files[i], reading); });
     if (!added) return added.error();
   }
-  return withinMemory(into.string(), [&] {
-    return merger.write(into, [&](double fraction) {
-      if (progress) progress(kReading + (1 - kReading) * fraction);
-    });
-  });
+  return withinMemory(into.string(),
+                      [&] { return merger.write(into, model::partOf(progress, kReading, 1)); });
 }
 
 }  // namespace t4d::formats

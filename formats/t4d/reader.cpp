@@ -21,6 +21,7 @@
 #include "formats/t4d/slab_source.h"
 #include "formats/t4d/tally.h"
 #include "formats/t4d/within_memory.h"
+#include "model/progress.h"
 #include "t4d/file.h"
 #include "t4d/mesh.h"
 
@@ -185,6 +186,7 @@ class OneFile : public T4dReader::File {
     } else {
       FileScan scan = scanFile(file_, head->header.end(), bodyCount, features_, progress);
       damage_ = std::move(scan.damage);
+      if (damage_ && model::isStop(*damage_)) return *damage_;
       if (!damage_) {
         auto tail = readTail(file_, *header, *head, scan);
         if (!tail) {

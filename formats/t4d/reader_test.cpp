@@ -115,6 +115,19 @@ TEST(T4dReader, SharesTheConnectivityOfSlabsInARow) {
   }
 }
 
+TEST(T4dReader, StopsWhenTold) {
+  const auto path = writeT4d("stopped.t4d", {RandomSlabs(5).make(40)});
+  std::size_t reports = 0;
+  const auto stop = [&](double) { return ++reports < 5; };
+  for (const T4dOpen how : {T4dOpen::Checked, T4dOpen::FromFront}) {
+    reports = 0;
+    const auto reader = T4dReader::open(path, how, stop);
+    ASSERT_FALSE(reader);
+    EXPECT_EQ(reader.error().message, "stopped");
+    EXPECT_EQ(reports, 5U);
+  }
+}
+
 TEST(T4dReader, RefusesPipesAndDevicesAtOnce) {
   const auto pipe = temporaryPath("pipe.t4d");
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);

@@ -15,6 +15,7 @@
 #include "formats/t4d/slab_source.h"
 #include "formats/t4d/url.h"
 #include "formats/t4d/within_memory.h"
+#include "model/progress.h"
 #include "t4d/file.h"
 
 namespace t4d::formats {
@@ -47,16 +48,12 @@ class T4dSalvage::File {
   Result<void> run(bool judged, const model::Progress& progress) {
     constexpr double kWalkShare = 0.5;
     if (auto begun = readBeginning(); !begun) return begun;
-    walk([&](double fraction) {
-      if (progress) progress(kWalkShare * fraction);
-    });
+    if (auto walked = walk(model::partOf(progress, 0, kWalkShare)); !walked) return walked;
     judgeEnd();
     found_.compareWith(index_.value_or(Index()));
     takeSlabs();
     if (judged && lost_.empty()) {
-      auto checked = checkT4dFile(file_.path(), [&](double fraction) {
-        if (progress) progress(kWalkShare + (1 - kWalkShare) * fraction);
-      });
+      auto checked = checkT4dFile(file_.path(), model::partOf(progress, kWalkShare, 1));
       if (!checked) {
         if (!checked.error().offset) return checked;
         lose(*checked.error().offset, checked.error().message);
@@ -138,13 +135,13 @@ class T4dSalvage::File {
     return next ? next->offset : file_.size();
   }
 
-  void walk(const model::Progress& progress) {
+  Result<void> walk(const model::Progress& progress) {
     const auto footer = file_.readFooter();
     footerSaved_ = footer.has_value();
     if (!footer) footerError_ = footer.error();
     const std::uint64_t end = file_.size() - (footerSaved_ ? kFooterBytes : 0);
     while (at_ < end && !atEnd()) {
-      progress(static_cast<double>(at_) / static_cast<double>(file_.size()));
+      if (auto on = model::report(progress, at_, file_.size()); !on) return on;
       const auto header = file_.readChunkHeader(at_);
       if (!header) {
         found_.addGap();
@@ -167,6 +164,7 @@ class T4dSalvage::File {
         lose(header->offset, payload.error().message);
       }
     }
+    return {};
   }
 
   /// Whether the previous chunk was the last of the file. Reports any bytes after the end, and an

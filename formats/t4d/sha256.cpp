@@ -4,6 +4,7 @@
 #include <sha2.h>
 
 #include "formats/t4d/manifest.h"
+#include "model/progress.h"
 
 namespace t4d::formats {
 
@@ -16,7 +17,7 @@ Result<std::string> sha256Of(ByteSource& file, const model::Progress& progress) 
     bytes.resize(std::min(kStep, file.size() - at));
     if (auto done = file.read(at, bytes); !done) return done.error();
     SHA256Update(&context, reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
-    if (progress) progress(static_cast<double>(at) / static_cast<double>(file.size()));
+    if (auto on = model::report(progress, at, file.size()); !on) return on.error();
   }
   char text[SHA256_DIGEST_STRING_LENGTH];
   return std::string(SHA256End(&context, text));

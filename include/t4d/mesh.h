@@ -420,8 +420,9 @@ class Source {
   }
 };
 
-/// Called with the fraction done, from 0 to 1.
-using Progress = std::function<void(double)>;
+/// Called with the fraction done, from 0 to 1. Returns whether to go on: after false, the work ends
+/// with the error "stopped", of code Failed.
+using Progress = std::function<bool(double)>;
 
 /// Puts all slabs of `source` into `sink`. They are read one after another and prepared on all
 /// threads. Two slabs are in memory, or one for each thread if they are known to be small.

@@ -44,9 +44,8 @@ std::vector<std::shared_ptr<Body>> read(const std::string& path, bool whole,
   const auto reader = std::make_shared<const formats::T4dReader>(std::move(opened));
   for (std::size_t i = 0; whole && i < reader->bodyCount(); ++i) {
     model::NullSink nothing;
-    Watch::Sink sink(watch, nothing);
     watch.run(
-        [&](const model::Progress& progress) { return reader->readThrough(i, sink, progress); });
+        [&](const model::Progress& progress) { return reader->readThrough(i, nothing, progress); });
   }
   const formats::Metadata& metadata = reader->metadata();
   std::vector<std::shared_ptr<Body>> bodies;
@@ -155,8 +154,8 @@ std::vector<std::pair<std::shared_ptr<model::TriangleMesh>, std::string>> lightS
         return false;
       }
       slices.emplace_back(std::move(*mesh), (**made).whyExact);
-      progress(static_cast<double>(slices.size()) / static_cast<double>(times.size()));
-      return true;
+      done = model::report(progress, slices.size(), times.size());
+      return done.has_value();
     });
     return done;
   });
@@ -206,9 +205,9 @@ py::dict measure(const Body& body, const std::vector<double>& times, py::object 
 py::dict check(const Body& body, bool deep, py::object callback) {
   Watch watch(std::move(callback));
   measure::MeshChecker checker({.vertexLinks = deep});
-  Watch::Sink sink(watch, checker);
-  watch.run(
-      [&](const model::Progress& progress) { return model::pump(*body.source, sink, progress); });
+  watch.run([&](const model::Progress& progress) {
+    return model::pump(*body.source, checker, progress);
+  });
   const measure::MeshReport report = checker.finish();
   py::list issues;
   for (const measure::Issue& issue : report.issues.issues) {

@@ -164,14 +164,11 @@ py::tuple save(const std::string& path, const formats::Metadata& metadata, const
     auto writer = formats::T4dWriter::create(path, metadata, how);
     if (!writer) return writer.error();
     for (std::size_t i = 0; i < metadata.bodies.size(); ++i) {
-      Watch::Sink sink(watch, writer->body(i));
-      if (auto done = put(i, sink, progress); !done) return done.error();
+      if (auto done = put(i, writer->body(i), progress); !done) return done.error();
     }
     if (file != nullptr) {
       if (auto kept = writer->keep(file->optionalChunks()); !kept) return kept.error();
     }
-    // The last call of progress has been: what it raised leaves no file.
-    if (auto stopped = watch.goOn(); !stopped) return stopped.error();
     const auto bytes = writer->finish();
     if (!bytes) return bytes.error();
     return Written{*bytes, writer->losses()};
@@ -220,9 +217,8 @@ std::shared_ptr<Body> load(Producer& producer, const std::string& name, py::obje
   use(producer);
   Watch watch(std::move(callback));
   auto mesh = std::make_shared<model::Mesh>();
-  Watch::Sink sink(watch, *mesh);
   rethrowing(producer, [&] {
-    watch.run([&](const model::Progress& progress) { return producer.run(sink, progress); });
+    watch.run([&](const model::Progress& progress) { return producer.run(*mesh, progress); });
   });
   auto body = std::make_shared<Body>();
   body->source = std::move(mesh);

@@ -11,8 +11,7 @@
 namespace t4d::python {
 
 /// Long work as Python sees it: it runs without the GIL, reports its progress to a callable, and
-/// ends early on Ctrl-C, where the callable raises, and where the interpreter ends. The library has
-/// no way to stop work but an error of the sink, so that is what it gets, before the next slab.
+/// ends at its next report on Ctrl-C, where the callable raises, and where the interpreter ends.
 class Watch {
  public:
   /// `callback` is None, or a callable that takes the fraction done, from 0 to 1.
@@ -23,48 +22,12 @@ class Watch {
   auto run(Do work) {
     auto result = [&] {
       const Unlocked unlocked;
-      return work(model::Progress([this](double fraction) { report(fraction); }));
+      return work(model::Progress([this](double fraction) { return report(fraction); }));
     }();
     if (raised_) throw *std::exchange(raised_, std::nullopt);
     work_.exitIfEnding();
     return valueOf(std::move(result));
   }
-
-  /// An error if the work is to stop. Call it without the GIL.
-  Result<void> goOn() {
-    if (!stop_ && !work_.mustStop() && isDue(false)) {
-      const Locked locked;
-      if (inPython(PyErr_CheckSignals) != 0) stopWithException();
-    }
-    if (stop_ || work_.mustStop()) return fail(ErrorCode::Failed, "interrupted");
-    return {};
-  }
-
-  /// A sink before another one: it passes on slabs until the work is to stop.
-  class Sink : public model::Sink {
-   public:
-    Sink(Watch& watch, model::Sink& next) : watch_(watch), next_(next) {}
-
-    Result<void> put(const model::Slab& slab) override {
-      if (auto stopped = watch_.goOn(); !stopped) return stopped;
-      return next_.put(slab);
-    }
-    std::unique_ptr<Prepared> prepare(const model::Slab& slab) const override {
-      return next_.prepare(slab);
-    }
-    Result<void> putPrepared(const model::Slab& slab, Prepared* prepared) override {
-      if (auto stopped = watch_.goOn(); !stopped) return stopped;
-      return next_.putPrepared(slab, prepared);
-    }
-    Result<void> putStreamed(const model::StreamedSlab& slab) override {
-      if (auto stopped = watch_.goOn(); !stopped) return stopped;
-      return next_.putStreamed(slab);
-    }
-
-   private:
-    Watch& watch_;
-    model::Sink& next_;
-  };
 
   /// A sink that calls `callback` with each slab.
   class Caller : public model::Sink {
@@ -73,10 +36,11 @@ class Watch {
 
     Result<void> put(const model::Slab& slab) override {
       auto copy = std::make_shared<model::Slab>(slab);
-      if (auto stopped = watch_.goOn(); !stopped) return stopped;
-      const Locked locked;
-      watch_.call(py::cast(std::move(copy)));
-      return watch_.stop_ ? Result<void>(fail(ErrorCode::Failed, "interrupted")) : Result<void>();
+      if (watch_.goesOn()) {
+        const Locked locked;
+        watch_.call(py::cast(std::move(copy)));
+      }
+      return watch_.goesOn() ? Result<void>() : fail(ErrorCode::Failed, "interrupted");
     }
 
    private:
@@ -84,10 +48,15 @@ class Watch {
   };
 
  private:
-  void report(double fraction) {
-    if (work_.mustStop() || callback_.is_none() || !isDue(fraction >= 1)) return;
+  bool goesOn() const { return !stop_ && !work_.mustStop(); }
+
+  /// Whether to go on. Call it without the GIL.
+  bool report(double fraction) {
+    if (!goesOn() || !isDue(fraction >= 1)) return goesOn();
     const Locked locked;
-    if (!stop_) call(py::float_(fraction));
+    if (inPython(PyErr_CheckSignals) != 0) stopWithException();
+    if (!stop_ && !callback_.is_none()) call(py::float_(fraction));
+    return goesOn();
   }
 
   /// Needs the GIL. No destructor runs within inPython: it might, without the GIL.

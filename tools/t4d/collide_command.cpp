@@ -17,6 +17,7 @@
 #include "formats/t4d/body_details.h"
 #include "formats/triangle/triangle_mesh_formats.h"
 #include "measure/overlap.h"
+#include "model/progress.h"
 #include "tools/report/html_page.h"
 #include "tools/report/svg_plot.h"
 #include "tools/t4d/collide_page.h"
@@ -263,7 +264,7 @@ Result<void> writePage(const CollideArguments& options, const std::vector<Collid
       one.contactB = std::move((*shown)->contactB);
     }
     made.push_back(std::move(one));
-    progress(static_cast<double>(made.size()) / static_cast<double>(pairs.size()));
+    if (auto on = model::report(progress, made.size(), pairs.size()); !on) return on;
   }
   return formats::writeOutputFile(options.html, collidePage(title, metadata, made));
 }

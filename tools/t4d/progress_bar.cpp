@@ -85,7 +85,7 @@ void ProgressBar::beat() {
 }
 
 model::Progress ProgressBar::callback() {
-  return [this](double fraction) { show(fraction); };
+  return [this](double fraction) { return show(fraction); };
 }
 
 model::Progress ProgressBar::part(std::uint64_t units) {
@@ -93,7 +93,7 @@ model::Progress ProgressBar::part(std::uint64_t units) {
   const auto before = static_cast<double>(parted_);
   parted_ += units;
   return [this, before, units](double fraction) {
-    show((before + fraction * static_cast<double>(units)) / static_cast<double>(total_));
+    return show((before + fraction * static_cast<double>(units)) / static_cast<double>(total_));
   };
 }
 
@@ -103,10 +103,11 @@ std::string ProgressBar::rate(double fraction, double seconds) const {
                      roundedNumber(fraction * static_cast<double>(total_) / seconds), units_);
 }
 
-void ProgressBar::show(double fraction) {
+bool ProgressBar::show(double fraction) {
   const std::scoped_lock lock(mutex_);
   fraction_ = fraction;
   draw();
+  return true;
 }
 
 void ProgressBar::draw() {

@@ -41,7 +41,8 @@ class ProgressBar : public verbs::Stage {
 
  private:
   void start();
-  void show(double fraction);
+  /// True: who watches a bar stops by a signal.
+  bool show(double fraction);
   void draw();
   /// ", 12,345 frames a second"; empty if unknown.
   std::string rate(double fraction, double seconds) const;

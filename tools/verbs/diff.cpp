@@ -12,6 +12,7 @@
 #include "measure/compare.h"
 #include "measure/mesh_digest.h"
 #include "measure/surface_distance.h"
+#include "model/progress.h"
 #include "t4d/file.h"
 #include "t4d/mesh.h"
 
@@ -99,12 +100,7 @@ Result<bool> compareMeshes(const T4dReader& a, const T4dReader& b,
       same = false;
       continue;
     }
-    const auto part = [&](double first) -> model::Progress {
-      if (!progress) return {};
-      return [&progress, first, i, n = double(bodiesA.size())](double fraction) {
-        progress((double(i) + first + fraction / 2) / n);
-      };
-    };
+    const auto own = model::eachOf(progress, i, bodiesA.size());
     const std::uint64_t cellsA = a.summary(i).tetrahedra;
     const std::uint64_t cellsB = b.summary(j).tetrahedra;
     if (cellsA != cellsB) {
@@ -113,9 +109,9 @@ Result<bool> compareMeshes(const T4dReader& a, const T4dReader& b,
       same = false;
       continue;
     }
-    const auto ofA = contentsOf(a, i, part(0));
+    const auto ofA = contentsOf(a, i, model::partOf(own, 0, 0.5));
     if (!ofA) return ofA.error();
-    const auto ofB = contentsOf(b, j, part(0.5));
+    const auto ofB = contentsOf(b, j, model::partOf(own, 0.5, 1));
     if (!ofB) return ofB.error();
     if (ofA->digest != ofB->digest) {
       messages.push_back(
@@ -163,7 +159,7 @@ Result<bool> compareSolids(const T4dReader& a, const T4dReader& b, const DiffOpt
     if (!solidB) return solidB.error();
     const auto farther = measure::fartherThan(tolerance, *solidA, *solidB);
     if (!farther) return farther.error();
-    if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(times.size()));
+    if (auto on = model::report(progress, i + 1, times.size()); !on) return on.error();
     if (!*farther) continue;
     messages.push_back(
         std::isinf(**farther)
@@ -197,17 +193,15 @@ Result<Diff> diff(const std::filesystem::path& a, const std::filesystem::path& b
     diff.messages.push_back(fmt::format("the {} units differ: '{}' and '{}'", what, unitA, unitB));
     if (!unitA.empty() && !unitB.empty()) return diff;
   }
-  const auto half = [&](double first) -> model::Progress {
-    if (!progress) return {};
-    return [&progress, first](double fraction) { progress(first + fraction / 2); };
-  };
-  const auto sameMesh = compareMeshes(*readerA, *readerB, diff.messages, half(0));
+  const auto sameMesh =
+      compareMeshes(*readerA, *readerB, diff.messages, model::partOf(progress, 0, 0.5));
   if (!sameMesh) return sameMesh.error();
   if (*sameMesh) {
     diff.level = SameLevel::Mesh;
     return diff;
   }
-  const auto sameSolid = compareSolids(*readerA, *readerB, options, diff.messages, half(0.5));
+  const auto sameSolid =
+      compareSolids(*readerA, *readerB, options, diff.messages, model::partOf(progress, 0.5, 1));
   if (!sameSolid) return sameSolid.error();
   if (*sameSolid) diff.level = SameLevel::Solid;
   return diff;

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "formats/t4d/optional_chunks.h"
+#include "model/progress.h"
 #include "t4d/file.h"
 
 namespace t4d::verbs {
@@ -57,10 +58,7 @@ Result<RecoverReport> recover(const std::filesystem::path& input,
                               const std::filesystem::path& output, const RecoverOptions& options,
                               const model::Progress& progress) {
   // Reading, writing and validating take about the same time.
-  const auto third = [&](double index) -> model::Progress {
-    if (!progress) return {};
-    return [&progress, index](double f) { progress((index + f) / 3); };
-  };
+  const auto third = [&](int index) { return model::eachOf(progress, index, 3); };
   auto salvage = formats::T4dSalvage::open(input, third(0));
   if (!salvage) return salvage.error();
   RecoverReport report;
@@ -78,12 +76,9 @@ Result<RecoverReport> recover(const std::filesystem::path& input,
   for (std::size_t i = 0; i < metadata.bodies.size(); ++i) {
     const model::Source& slabs = salvage->body(i);
     edit::RunCloser closer(writer->body(i));
-    const auto ofAll = [&, progress = third(1)](double fraction) {
-      if (!progress) return;
-      const double done = static_cast<double>(before) + fraction * double(slabs.slabCount());
-      progress(done / static_cast<double>(report.slabsSaved));
-    };
-    if (auto pumped = pump(slabs, closer, ofAll); !pumped) return pumped.error();
+    const auto share = [&](std::uint64_t done) { return double(done) / double(report.slabsSaved); };
+    const auto own = model::partOf(third(1), share(before), share(before + slabs.slabCount()));
+    if (auto pumped = pump(slabs, closer, own); !pumped) return pumped.error();
     before += slabs.slabCount();
     auto ends = closer.finish();
     if (!ends) return ends.error();

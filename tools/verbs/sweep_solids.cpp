@@ -9,6 +9,7 @@
 #include "formats/t4d/body_details.h"
 #include "formats/t4d/names.h"
 #include "mesh4d/cap.h"
+#include "model/progress.h"
 #include "model/surface_check.h"
 #include "tools/verbs/sweep_parts.h"
 
@@ -40,7 +41,7 @@ Result<void> mendBodies(const SweepOptions& options, SweepInput& input,
     } else {
       errors.push_back(std::move(mended.error()));
     }
-    if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(bodies.size()));
+    if (auto on = model::report(progress, i + 1, bodies.size()); !on) return on;
   }
   if (!errors.empty()) return allErrors(std::move(errors));
   observer.noteEach(noticesOf(input.mended));

@@ -8,6 +8,7 @@
 #include "measure/components.h"
 #include "measure/mesh_parts.h"
 #include "model/orderless_sum.h"
+#include "model/progress.h"
 #include "model/source_part.h"
 #include "t4d/file.h"
 #include "tools/verbs/exact_json.h"
@@ -195,11 +196,9 @@ Result<PartValidation> validatePart(const std::filesystem::path& path,
   for (std::size_t i = 0; i < reader->bodyCount(); ++i) {
     const model::Source& source = reader->body(i);
     const model::PartRange range = part.of(source.slabCount());
-    const auto ofAll = [&](double fraction) {
-      progress((static_cast<double>(done) + fraction * static_cast<double>(range.size())) /
-               static_cast<double>(slabs));
-    };
-    auto found = check(source, range, options, progress ? ofAll : model::Progress());
+    const auto share = [&](std::uint64_t all) { return double(all) / double(slabs); };
+    auto found = check(source, range, options,
+                       model::partOf(progress, share(done), share(done + range.size())));
     if (!found) return broken(found.error(), path, std::move(validation), /*beforeAll=*/false);
     for (Issue& issue : found->found.issues.issues) {
       if (issue.slab && *issue.slab < source.slabCount()) {
