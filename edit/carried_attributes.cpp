@@ -7,11 +7,10 @@
 #include <limits>
 #include <optional>
 
-#include <tbb/parallel_for.h>
-
 #include "measure/triangle_tree.h"
 #include "model/attribute_rows.h"
 #include "model/corner_attributes.h"
+#include "model/parallel.h"
 #include "model/unit_scale.h"
 
 namespace t4d::edit {
@@ -201,7 +200,7 @@ class Tracer {
     }
     if (others.empty()) return descent;
     const PlacedTriangles placed(before_);
-    tbb::parallel_for(std::size_t{0}, others.size(), [&](std::size_t i) {
+    model::forEach(others.size(), [&](std::size_t i) {
       if (origins_.empty()) {
         traceNearest(others[i], placed, descent);
       } else if (!tracePiece(others[i], placed, descent)) {
@@ -311,7 +310,7 @@ class Tracer {
 std::vector<SurfacePoint> nearestPlaces(const TriangleMesh& before, const TriangleMesh& after) {
   const PlacedTriangles placed(before);
   std::vector<SurfacePoint> places(after.vertices.size());
-  tbb::parallel_for(std::size_t{0}, places.size(), [&](std::size_t i) {
+  model::forEach(places.size(), [&](std::size_t i) {
     places[i] = placed.nearestIn(placed.nearestTo(after.vertices[i]), after.vertices[i]);
   });
   return places;

@@ -1,5 +1,8 @@
 #pragma once
 
+/// What a 4D mesh is: whether it is valid, how large it and its slices are, what shape its cells
+/// have.
+
 #include <array>
 #include <cstdint>
 #include <map>

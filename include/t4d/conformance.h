@@ -1,5 +1,7 @@
 #pragma once
 
+/// Tests of programs that make 4D meshes, against closed forms.
+
 #include <cstdint>
 #include <functional>
 #include <memory>

@@ -1,5 +1,7 @@
 #pragma once
 
+/// 4D meshes to animations: flipbooks as glTF and USD.
+
 #include <cstdint>
 #include <filesystem>
 #include <functional>

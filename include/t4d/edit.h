@@ -1,5 +1,8 @@
 #pragma once
 
+/// New meshes from old ones: mended, simplified, resolved, cut into slabs, made of tetrahedra from
+/// elsewhere.
+
 #include <array>
 #include <cstdint>
 #include <memory>

@@ -1,5 +1,7 @@
 #pragma once
 
+/// Where a moving solid has been.
+
 #include <cstdint>
 #include <memory>
 #include <optional>

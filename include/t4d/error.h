@@ -1,5 +1,7 @@
 #pragma once
 
+/// What functions that can fail return.
+
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>

@@ -1,5 +1,7 @@
 #pragma once
 
+/// Files of 4D meshes: .t4d, slab by slab, and the formats of other programs.
+
 #include <cstdint>
 #include <filesystem>
 #include <memory>

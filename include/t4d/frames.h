@@ -1,5 +1,7 @@
 #pragma once
 
+/// Voxels over time, the input of the voxel method: of arrays, of a function, of files.
+
 #include <array>
 #include <cstddef>
 #include <cstdint>

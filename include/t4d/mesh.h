@@ -1,5 +1,7 @@
 #pragma once
 
+/// 4D meshes as slabs, and what makes and takes them.
+
 #include <array>
 #include <cstddef>
 #include <cstdint>

@@ -1,5 +1,7 @@
 #pragma once
 
+/// How a solid moves: rigidly, by screws, or by the positions of its vertices at keys.
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>

@@ -1,5 +1,7 @@
 #pragma once
 
+/// Sections of a 4D mesh: the solid at a time, or what any hyperplane cuts out.
+
 #include <cstdint>
 #include <memory>
 #include <optional>

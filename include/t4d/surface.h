@@ -1,5 +1,7 @@
 #pragma once
 
+/// Triangle meshes: the input of a sweep, and slices; reading and writing them.
+
 #include <array>
 #include <cstdint>
 #include <filesystem>

@@ -1,5 +1,7 @@
 #pragma once
 
+/// The mesh method: a triangle mesh and a motion become slabs.
+
 #include <array>
 #include <cstdint>
 #include <optional>

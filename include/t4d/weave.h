@@ -1,5 +1,7 @@
 #pragma once
 
+/// The voxel method: frames become slabs by 4D marching cubes; and solids become frames.
+
 #include <algorithm>
 #include <array>
 #include <cstddef>
