@@ -11,6 +11,7 @@
 #include "t4d/envelope.h"
 #include "t4d/mesh.h"
 #include "t4d/slice.h"
+#include "measure/tracks.h"
 
 namespace t4d::conformance {
 namespace {
@@ -183,6 +184,31 @@ void checkContact(const model::Source& mesh, const ContactExpectation& expectati
   if (expectation.canGiveWay) checkGivesWay(mesh, *expectation.obstacle, checks);
 }
 
+void checkTracks(const model::Source& mesh, const TracksExpectation& expectation,
+                 std::vector<Check>& checks) {
+  const auto tracks = measure::tracksOf(mesh, {.times = {}, .layers = false});
+  if (!tracks) {
+    checks.push_back(holds("tracks", true, false, kByDefinition, tracks.error().text()));
+    return;
+  }
+  const char* reason = "the topology of the solid over time";
+  checks.push_back(countIs("tracks", expectation.tracks, tracks->tracks.size(), reason));
+  std::vector<measure::TrackEvent> events = tracks->events;
+  if (!expectation.events.empty()) {
+    std::erase_if(events, [&](const measure::TrackEvent& event) {
+      return std::ranges::find(expectation.events, event.kind, &EventExpectation::kind) ==
+             expectation.events.end();
+    });
+  }
+  checks.push_back(countIs("events", expectation.events.size(), events.size(), reason));
+  for (std::size_t i = 0; i < std::min(events.size(), expectation.events.size()); ++i) {
+    const EventExpectation& expected = expectation.events[i];
+    const std::string name = fmt::format("event {}", i + 1);
+    checks.push_back(holds(name + ": kind", true, events[i].kind == expected.kind, reason));
+    checks.push_back(measureIs(name + ": time", expected.time, events[i].time));
+  }
+}
+
 }  // namespace
 
 Check holds(std::string name, bool expected, bool actual, std::string reason, std::string found) {
@@ -238,6 +264,7 @@ MeshResult verify(const model::Source& mesh, const Expectation& expectation,
   if (expectation.visitsVolume) checkVisits(mesh, *expectation.visitsVolume, checks);
   if (expectation.meanNormalSpeed) checkNormalSpeed(mesh, *expectation.meanNormalSpeed, checks);
   if (expectation.contact) checkContact(mesh, *expectation.contact, checks);
+  if (expectation.tracks) checkTracks(mesh, *expectation.tracks, checks);
   return result;
 }
 

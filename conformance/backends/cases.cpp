@@ -15,6 +15,7 @@ namespace t4d::conformance {
 namespace {
 
 using fixtures::Field;
+using measure::TrackEventKind;
 using model::Point3;
 using model::ScrewRun;
 using model::TriangleMesh;
@@ -311,6 +312,11 @@ std::vector<Case> analyticCases() {
         return Surface{2 * one.area, 2 * one.bending + 1.5 * 2 * (2 * std::numbers::pi * 8)};
       },
       sizes));
+  // Half as far apart as when they touch, they are 1 / sqrt(8) later.
+  const double touch = std::sqrt(0.125);
+  cases.back().events = {{TrackEventKind::Merges, 0.5 - touch, 4 / touch, 4},
+                         {TrackEventKind::Splits, 0.5 + touch, 4 / touch, 4}};
+  cases.back().tracks = 5;
   cases.push_back(fieldCase(
       fixtures::closingTorus(8),
       [=](double t) {
@@ -322,6 +328,20 @@ std::vector<Case> analyticCases() {
         return Surface{4 * kPi * kPi * major * minor, 4 * kPi * kPi * major + 8 * kPi * minor};
       },
       sizes));
+  cases.back().events = {{TrackEventKind::HoleCloses, 0.6, 8, 3.2}};
+  cases.push_back(fieldCase(
+      fixtures::openingCavity(11, 4, {26.0 / 3, 13.0 / 3, 26.0 / 3}),
+      [=](double) {
+        // The crease where it has opened is at most a great circle of the cavity, as is where the
+        // wall is thinner than a voxel's diameter.
+        const Surface outer = sphere(11);
+        const Surface inner = sphere(4);
+        return Surface{outer.area + inner.area,
+                       outer.bending + inner.bending + 1.5 * 2 * (2 * std::numbers::pi * 4)};
+      },
+      sizes));
+  // The wall, 7 thick at the start, gets thinner at speed 13 between two sheets.
+  cases.back().events = {{TrackEventKind::CavityOpens, 7.0 / 13, 13.0 / 2, 6.0 / 2}};
   constexpr double kPi = std::numbers::pi;
   const model::Bounds3 plate{{-9.3, -8.2, 0.1}, {9.2, 8.8, 6.1}};
   const double ball = 4;
@@ -340,6 +360,10 @@ std::vector<Case> analyticCases() {
                                            kPi * height, 4 * length + 2 * kPi * flat + 4 * height),
                              {mill::ToolKind::Flat, 2 * flat, 0, 40},
                              {block.min.x() - flat - 1, 0, -1}, x, sizes));
+  // The tool's front goes from one before the block to the face behind, at one speed.
+  const double forward = cases.back().field->speed;
+  cases.back().events = {{TrackEventKind::Splits, (length + 1) / forward, forward / 2, flat}};
+  cases.back().tracks = 3;
   return cases;
 }
 

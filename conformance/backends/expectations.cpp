@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "t4d/check.h"
 #include "measure/triangle_tree.h"
 #include "mesh4d/steps.h"
 #include "model/degrees.h"
@@ -131,6 +132,23 @@ std::optional<ContactExpectation> contactOf(const Case& given, double time, doub
   if (!(off <= given.obstacle->depth)) return std::nullopt;
   return ContactExpectation{given.obstacle->source,
                             {time, off / given.obstacle->leastSpeed, reason}};
+}
+
+/// The components of a mesh that moves rigidly: each lasts from begin to end. Of a field, its
+/// events for a surface up to `off` from the true one; nothing if the closed form does not hold
+/// that far.
+std::optional<TracksExpectation> tracksOf(const Case& given, double off,
+                                          const std::string& reason) {
+  if (given.mesh) {
+    return TracksExpectation{measure::measuresOf(given.mesh->mesh).components, {}};
+  }
+  TracksExpectation tracks{given.tracks, {}};
+  for (const TopologyEvent& event : given.events) {
+    if (!(off <= event.depth)) return std::nullopt;
+    tracks.events.push_back({event.kind, {event.time, off / event.leastSpeed, reason}});
+  }
+  if (tracks.events.empty()) return std::nullopt;
+  return tracks;
 }
 
 /// When the point that touches the obstacle first, on chords between the poses of the steps, is at
@@ -262,6 +280,7 @@ Result<Expectation> sweptExpectation(const Case& given, bool cones) {
         contactOf(given, contactOnChords(given, *steps), 2 * rounding.position, reason);
     if (expectation.contact) expectation.contact->canGiveWay = given.obstacle->canGiveWay;
   }
+  expectation.tracks = tracksOf(given, 0, "a solid that moves rigidly stays as it is");
   const auto volumeAt = [&](double time) {
     std::size_t i = 0;
     while (i + 1 < motion.segments.size() && time >= motion.segments[i].timeEnd) ++i;
@@ -350,6 +369,7 @@ Expectation voxelExpectation(const Case& given, const Resolution& resolution) {
   if (given.obstacle) {
     expectation.contact = contactOf(given, given.obstacle->time, off, offReason);
   }
+  expectation.tracks = tracksOf(given, off, offReason);
   if (const auto hypervolume = given.hypervolume()) {
     // The errors of the slices, summed over the frames.
     double error = 0;
@@ -437,6 +457,7 @@ Expectation solidExpectation(const Case& given, double relativeTolerance) {
     expectation.contact =
         contactOf(given, given.obstacle->time, length, reason + " of the diagonal");
   }
+  expectation.tracks = tracksOf(given, length, reason + " of the diagonal");
   expectation.slices = slicesOf(
       given,
       [&](double) {

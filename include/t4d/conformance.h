@@ -9,6 +9,7 @@
 #include <span>
 #include <string>
 #include <variant>
+#include "measure/tracks.h"
 #include <vector>
 
 #include "t4d/check.h"
@@ -38,6 +39,16 @@ Check holds(std::string name, bool expected, bool actual, std::string reason,
             std::string found = {});
 Check countIs(std::string name, std::uint64_t expected, std::uint64_t actual, std::string reason,
               std::string found = {});
+/// A change of a solid's topology at a known time.
+struct TopologyEvent {
+  measure::TrackEventKind kind = measure::TrackEventKind::Merges;
+  double time = 0;
+  /// How fast two sheets of the surface approach or leave each other there, at least until they are
+  /// `depth` from where they meet.
+  double leastSpeed = 0;
+  double depth = 0;
+};
+
 
 /// A number and its tolerance.
 struct Measure {
@@ -84,6 +95,20 @@ struct ContactExpectation {
   bool canGiveWay = false;
 };
 
+/// A change of the solid's topology.
+struct EventExpectation {
+  measure::TrackEventKind kind = measure::TrackEventKind::Merges;
+  Measure time;
+};
+
+/// The components of the solid over time (measure::tracksOf).
+struct TracksExpectation {
+  std::uint64_t tracks = 0;  ///< number of components, from birth to death
+  /// In the order of time. If there are any, events of other kinds are not checked: where a wall is
+  /// thinner than a voxel, holes may open and close.
+  std::vector<EventExpectation> events;
+};
+
 /// Expected properties of a 4D mesh.
 struct Expectation {
   Measure timeBegin;
@@ -95,6 +120,7 @@ struct Expectation {
   /// measure::meanNormalSpeed, the time scale of the quality of cells.
   std::optional<Measure> meanNormalSpeed;
   std::optional<ContactExpectation> contact;
+  std::optional<TracksExpectation> tracks;
   std::vector<SliceExpectation> slices;
   std::optional<Counts> counts;
   std::optional<Counts> sideCounts;  ///< without the slabs that close the ends (no thickness)
@@ -218,6 +244,10 @@ struct Case {
   /// straight line.
   std::optional<double> meanNormalSpeed;
   std::optional<Obstacle> obstacle;  ///< of a mesh
+  /// Changes of the topology of a field, in the order of time, if known, and the number of its
+  /// components from birth to death. A mesh in rigid motion has no changes.
+  std::vector<TopologyEvent> events;
+  std::uint64_t tracks = 1;
   /// R_Vmin for mesh4d (mesh4d/steps.h).
   double minVolumeRatio = 0.998;
   /// Counts for mesh4d with TetGen caps, if the total is known.
