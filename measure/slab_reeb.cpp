@@ -376,6 +376,24 @@ Edges edgesOf(const model::Connectivity& connectivity, const VertexStars& stars,
     std::uint32_t from = kNoIndex;
     std::uint32_t cell = 0;
   };
+  // Whether another edge of two cells links them in all slots of the edge from u to w: one that
+  // lasts longer or, of those that last as long, has lower numbers.
+  const auto isLinked = [&](std::uint32_t u, std::uint32_t w, const model::Cell& a,
+                            const model::Cell& b) {
+    const auto [first, last] = std::minmax(slots[u], slots[w]);
+    for (const std::uint32_t x : a) {
+      if (x == u || x == w || std::ranges::find(b, x) == b.end()) continue;
+      for (const std::uint32_t end : {u, w}) {
+        const auto [begin, behind] = std::minmax(slots[end], slots[x]);
+        if (begin > first || behind < last) continue;
+        if (begin < first || behind > last) return true;
+        if (std::minmax(end, x) < std::pair<const std::uint32_t&, const std::uint32_t&>(u, w)) {
+          return true;
+        }
+      }
+    }
+    return false;
+  };
   std::vector<Seen> seen(connectivity.vertexCount);
   model::UnionFind sets(cells.size());  // of cells that a link connects in all slots
   for (std::uint32_t u = 0; u < connectivity.vertexCount; ++u) {
@@ -394,7 +412,7 @@ Edges edgesOf(const model::Connectivity& connectivity, const VertexStars& stars,
           }
         } else if (isBetween(first, last) && isThroughout(first, last)) {
           sets.unite(before.cell, index);
-        } else if (isBetween(first, last)) {
+        } else if (isBetween(first, last) && !isLinked(u, w, cells[before.cell], cells[index])) {
           edges.range.links.push_back({before.cell, index, first, last});
         }
         before.cell = index;

@@ -13,6 +13,7 @@
 #include "tools/bench/collided_meshes.h"
 #include "tools/bench/simplified_mesh.h"
 #include "tools/bench/swept_mesh.h"
+#include "tools/bench/tracked_meshes.h"
 #include "tools/bench/whole_commands.h"
 #include "tools/bench/woven_voxels.h"
 
@@ -112,6 +113,11 @@ Result<bench::Report> measure(const Options& options) {
     return report;
   }
 #endif
+  if (options.backend == "track") {
+    auto measured = bench::measureTrackedMeshes(solid, *motion, kPaperMinVolumeRatio, report);
+    if (!measured) return measured.error();
+    return report;
+  }
   const auto folder = temporaryFolder(options);
   if (!folder) return folder.error();
   auto measured =
@@ -127,12 +133,14 @@ int main(int argc, char** argv) try {
       "t4d-bench: times t4d against simpler operations on as many bytes.\n"
       "Both sides of a ratio are timed in one run. The motion is the paper's screw.");
   Options options;
-  app.add_option("--backend", options.backend,
-                 "What to measure: mesh4d (sweeping, files, slicing), voxel4d (weaving), collide "
-                 "(against frames; where there is CGAL), arm (colliding pairs, against FCL; where "
-                 "this is) or simplify (against meshoptimizer, where this is)")
+  app.add_option(
+         "--backend", options.backend,
+         "What to measure: mesh4d (sweeping, files, slicing), voxel4d (weaving), track (of a "
+         "swept solid and of a woven splash), collide "
+         "(against frames; where there is CGAL), arm (colliding pairs, against FCL; where "
+         "this is) or simplify (against meshoptimizer, where this is)")
       ->check(CLI::IsMember(std::vector<std::string> {
-        "mesh4d", "voxel4d",
+        "mesh4d", "voxel4d", "track",
 #if T4D_WITH_TETGEN
             "collide",
 #endif

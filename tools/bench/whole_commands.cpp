@@ -221,6 +221,7 @@ class Commands {
           {named("flipbook"), {"flipbook", file, "--frames", "60", "-o", at("flip.glb")}},
           {named("frames"), {"frames", file, "--frames", "60", "-o", at("frames/f_%04d.ply")}},
           {named("measure"), {"measure", file, "--frames", "100"}},
+          {named("track"), {"track", file, "-o", at("tracks.csv")}},
           {named("rasterize"),
            {"rasterize", file, "--voxel-size", "1", "--frames", "10", "-o", at("grids")}},
           {named("compare"), {"compare", file, file, "--slices", "3"}},
