@@ -14,6 +14,7 @@
 #include "formats/tiff_writer.h"
 #include "measure/visit_lattice.h"
 #include "t4d/mesh.h"
+#include "platform/replaceable.h"
 #include "tools/verbs/slice_tracks.h"
 
 namespace t4d::verbs {
@@ -32,8 +33,9 @@ std::string nameOfFrame(std::size_t frame, std::size_t count) {
   return fmt::format("mask{:0{}}.tif", frame, std::max<std::size_t>(3, digits));
 }
 
-/// Fails if the folder has masks that are none of the frames to write.
-Result<void> checkOldMasks(const fs::path& folder, std::size_t count) {
+/// Fails if the folder has masks that are none of the frames to write, or a link under a name of
+/// ours.
+Result<void> checkOldFiles(const fs::path& folder, std::size_t count) {
   std::vector<std::string> own;
   for (std::size_t i = 0; i < count; ++i) own.push_back(nameOfFrame(i, count));
   std::error_code error;
@@ -47,7 +49,8 @@ Result<void> checkOldMasks(const fs::path& folder, std::size_t count) {
                             name),
                 folder.string());
   }
-  return {};
+  own.emplace_back(kTracksFile);
+  return platform::checkReplaceable(folder, own, [](const fs::path&) { return true; });
 }
 
 /// The triangles of each track, with the points of the lattice at whole numbers.
@@ -231,7 +234,7 @@ Result<CtcReport> writeCtc(const Input& input, const TrackReport& report,
     written.size[axis] = static_cast<std::uint32_t>(count);
   }
   if (auto made = formats::makeKeptFolder(folder); !made) return made.error();
-  if (auto good = checkOldMasks(folder, times.size()); !good) return good.error();
+  if (auto good = checkOldFiles(folder, times.size()); !good) return good.error();
   // A folder with a table of tracks is complete.
   if (auto done = convert::removeOldManifest(fs::path(folder) / kTracksFile); !done) {
     return done.error();

@@ -235,7 +235,8 @@ const runs = [
   ['frames', [at('cut.t4d'), '--count', 3, '-o', at('none')], 4],
   ['measure', [at('voxels.t4d'), '--frames', 3, '-o', at('volumes.csv')], 0],
   ['measure', [at('arm.t4d'), '--frames', 2], 0],
-  ['measure', [at('arm.t4d'), '--at-frames', '--thickness', '--normal-speed'], 0],
+  ['measure', [at('arm.t4d'), '--frames', 2, '--thickness', '--normal-speed'], 0],
+  ['measure', [at('voxels.t4d'), '--at-frames'], 0],
   // At its last time a simplex is a corner.
   ['measure', [at('simplex.t4d'), '--frames', 2], 0],
   ['measure', [at('screw.t4d'), '--times', '0:1000:2'], 4],

@@ -34,6 +34,8 @@ TEST_F(Program, FilesOfOthersInAnOutputFolderAreNeverTouched) {
       {"frames cube.t4d --count 2 --format vdb --voxel-size 4 -o ", "manifest.json"},
       {"rasterize cube.t4d" + grids, "frame_0001.vdb"},
       {"voxelize fx/cube.obj -m fx/rest.json" + grids, "frame_0000.vdb"},
+      {"track cube.t4d --frames 2 --ctc ", "mask001.tif"},
+      {"track cube.t4d --frames 2 --ctc ", "res_track.txt"},
       {"view cube.t4d -o ", "cube.t4d"},
       {"view cube.t4d -o ", "index.html"},
       {"compare fx/cube.obj -m fx/rest.json --voxel-size 4 --frames 2 --keep ", "cube-voxel4d.t4d"},
