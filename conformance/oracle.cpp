@@ -11,7 +11,6 @@
 #include "t4d/envelope.h"
 #include "t4d/mesh.h"
 #include "t4d/slice.h"
-#include "measure/tracks.h"
 
 namespace t4d::conformance {
 namespace {

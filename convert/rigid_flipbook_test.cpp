@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "fixtures/solids.h"
-#include "measure/surface_distance.h"
 #include "platform/test_folder.h"
+#include "t4d/check.h"
 #include "t4d/convert.h"
 #include "t4d/sweep.h"
 

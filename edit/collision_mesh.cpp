@@ -8,9 +8,9 @@
 #include "edit/reduce_surface.h"
 #include "edit/surface_crossings.h"
 #include "measure/enclosure.h"
-#include "measure/surface_distance.h"
 #include "model/progress.h"
 #include "model/surface_check.h"
+#include "t4d/check.h"
 
 namespace t4d::edit {
 namespace {

@@ -11,9 +11,9 @@
 
 #include "edit/separate_touching.h"
 #include "edit/split_cells.h"
-#include "measure/tracks.h"
 #include "measure/vertex_stars.h"
 #include "model/attribute_rows.h"
+#include "t4d/check.h"
 
 namespace t4d::edit {
 namespace {

@@ -10,7 +10,6 @@
 #include "fixtures/fields.h"
 #include "fixtures/solids.h"
 #include "measure/surface_genus.h"
-#include "measure/tracks.h"
 #include "measure/woven_noise.h"
 #include "t4d/check.h"
 #include "t4d/slice.h"

@@ -13,8 +13,8 @@
 #include "edit/mend_steps.h"
 #include "edit/surface_crossings.h"
 #include "edit/thicken_sheets.h"
-#include "measure/surface_distance.h"
 #include "model/surface_check.h"
+#include "t4d/check.h"
 
 namespace t4d::edit {
 namespace {

@@ -9,8 +9,8 @@
 #include "edit/remesh_surface.h"
 #include "edit/surface_crossings.h"
 #include "edit/thicken_sheets.h"
-#include "measure/surface_distance.h"
 #include "model/surface_edges.h"
+#include "t4d/check.h"
 #include "t4d/edit.h"
 
 namespace t4d::edit {

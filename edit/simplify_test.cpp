@@ -6,7 +6,6 @@
 #include "fixtures/fields.h"
 #include "fixtures/motions.h"
 #include "fixtures/solids.h"
-#include "measure/compare.h"
 #include "measure/mesh_digest.h"
 #include "measure/surface_genus.h"
 #include "model/parallel.h"

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "measure/tracks.h"
+#include "t4d/check.h"
 #include "t4d/mesh.h"
 
 /// Contacts between bodies whose surfaces have vertices in common, such as those of one mesh of

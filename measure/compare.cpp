@@ -1,11 +1,10 @@
-#include "measure/compare.h"
-
 #include <algorithm>
 #include <memory>
 #include <optional>
 
 #include "model/parallel.h"
 #include "model/progress.h"
+#include "t4d/check.h"
 #include "t4d/slice.h"
 
 namespace t4d::measure {

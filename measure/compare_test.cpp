@@ -1,5 +1,3 @@
-#include "measure/compare.h"
-
 #include <algorithm>
 #include <cmath>
 #include <functional>

@@ -6,8 +6,8 @@
 
 #include "measure/slab_shells.h"
 #include "measure/track_parts.h"
-#include "measure/tracks.h"
 #include "measure/transition.h"
+#include "t4d/check.h"
 
 namespace t4d::measure {
 

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "measure/tracks.h"
+#include "t4d/check.h"
 
 /// What of tracks and events follows from the rest.
 namespace t4d::measure {

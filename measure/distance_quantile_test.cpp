@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "fixtures/solids.h"
-#include "measure/surface_distance.h"
+#include "t4d/check.h"
 
 namespace t4d::measure {
 namespace {

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "measure/overlap_depth.h"
-#include "measure/solid_difference.h"
+#include "t4d/check.h"
 #include "t4d/mesh.h"
 #include "t4d/slice.h"
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "measure/derived_track.h"
-#include "measure/tracks.h"
 #include "measure/transition.h"
+#include "t4d/check.h"
 #include "t4d/mesh.h"
 
 namespace t4d::measure {

@@ -8,7 +8,6 @@
 
 #include "fixtures/solids.h"
 #include "measure/collision_verdict.h"
-#include "measure/compare.h"
 #include "measure/slab_measure.h"
 #include "measure/triangle_tree.h"
 #include "measure/winding_number.h"

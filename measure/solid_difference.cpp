@@ -1,5 +1,3 @@
-#include "measure/solid_difference.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,6 +10,7 @@
 #include "measure/components.h"
 #include "model/surface_components.h"
 #include "model/unit_scale.h"
+#include "t4d/check.h"
 #include "t4d/mesh.h"
 
 namespace t4d::measure {

@@ -1,5 +1,3 @@
-#include "measure/solid_difference.h"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -10,6 +8,7 @@
 
 #include "fixtures/solids.h"
 #include "measure/overlap_depth.h"
+#include "t4d/check.h"
 
 namespace t4d::measure {
 namespace {

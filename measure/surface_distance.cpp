@@ -1,5 +1,3 @@
-#include "measure/surface_distance.h"
-
 #include <array>
 #include <limits>
 #include <optional>
@@ -11,6 +9,7 @@
 
 #include "measure/triangle_tree.h"
 #include "model/unit_scale.h"
+#include "t4d/check.h"
 
 namespace t4d::measure {
 namespace {

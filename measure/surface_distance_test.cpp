@@ -1,5 +1,3 @@
-#include "measure/surface_distance.h"
-
 #include <cmath>
 #include <limits>
 #include <random>
@@ -8,6 +6,7 @@
 
 #include "fixtures/solids.h"
 #include "measure/triangle_tree.h"
+#include "t4d/check.h"
 
 namespace t4d::measure {
 namespace {

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "measure/tracks.h"
+#include "t4d/check.h"
 #include "t4d/mesh.h"
 
 /// Tracks of a mesh from those of its parts, each found alone. A part begins in the slab before its

@@ -1,5 +1,3 @@
-#include "measure/tracks.h"
-
 #include <algorithm>
 #include <limits>
 #include <utility>
@@ -17,6 +15,7 @@
 #include "measure/track_parts.h"
 #include "measure/track_samples.h"
 #include "model/union_find.h"
+#include "t4d/check.h"
 #include "t4d/mesh.h"
 
 namespace t4d::measure {

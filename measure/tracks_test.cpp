@@ -1,5 +1,3 @@
-#include "measure/tracks.h"
-
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -16,6 +14,7 @@
 #include "model/parallel.h"
 #include "model/source_part.h"
 #include "model/union_find.h"
+#include "t4d/check.h"
 #include "t4d/slice.h"
 #include "t4d/sweep.h"
 #include "t4d/weave.h"

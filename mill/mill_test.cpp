@@ -13,7 +13,6 @@
 #include "fixtures/solids.h"
 #include "formats/toolpath/cutter_location_reader.h"
 #include "formats/toolpath/gcode_reader.h"
-#include "measure/solid_difference.h"
 #include "mill/motion_parts.h"
 #include "mill/stock_field.h"
 #include "mill/tool_shape.h"

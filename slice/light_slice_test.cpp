@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "fixtures/solids.h"
-#include "measure/surface_distance.h"
 #include "slice/prisms.h"
+#include "t4d/check.h"
 #include "t4d/slice.h"
 #include "t4d/sweep.h"
 

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "fixtures/solids.h"
-#include "measure/surface_distance.h"
+#include "t4d/check.h"
 #include "t4d/slice.h"
 #include "t4d/sweep.h"
 

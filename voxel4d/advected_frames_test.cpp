@@ -7,7 +7,6 @@
 #include <gtest/gtest.h>
 
 #include "fixtures/splash.h"
-#include "measure/surface_distance.h"
 #include "model/parallel.h"
 #include "t4d/check.h"
 #include "t4d/mesh.h"

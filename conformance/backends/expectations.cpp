@@ -7,10 +7,10 @@
 
 #include <fmt/format.h>
 
-#include "t4d/check.h"
 #include "measure/triangle_tree.h"
 #include "mesh4d/steps.h"
 #include "model/degrees.h"
+#include "t4d/check.h"
 #include "t4d/conformance.h"
 #include "voxel4d/frame_layer.h"
 

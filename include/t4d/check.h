@@ -1,8 +1,9 @@
 #pragma once
 
-/// What a 4D mesh is: whether it is valid, how large it and its slices are, what shape its cells
-/// have.
+/// What a 4D mesh is: whether it is valid, how large it and its slices are, how it differs from
+/// another, what becomes of its components, what shape its cells have. have.
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <map>
@@ -282,5 +283,285 @@ class QualitySink : public model::Sink {
   std::shared_ptr<const model::Connectivity> given_;
   std::shared_ptr<const model::Connectivity> kept_;
 };
+
+/// The distance between two surfaces, in length units.
+struct SurfaceDistance {
+  /// The largest distance of a point of A from B, and of a point of B from A; both may be too small
+  /// by up to `tolerance`.
+  double fromA = 0;
+  double fromB = 0;
+  double tolerance = 0;
+
+  /// The Hausdorff distance.
+  double hausdorff() const { return std::max(fromA, fromB); }
+};
+
+/// The two one-sided distances of triangle meshes as sets of points, ignoring vertices without a
+/// triangle. `relativeTolerance` > 0 is a fraction of the diagonal of the bounds of both.
+///
+/// Distances of points are exact (TriangleTree). A triangle is halved as long as it may contain a
+/// point that is farther than the farthest found so far by more than the tolerance. The bound: the
+/// distance from one triangle of the other mesh is convex, so its maximum over a piece is at a
+/// corner, and it is not less than the distance from the whole mesh. Identical surfaces give 0.
+///
+/// Infinite, with tolerance 0, if exactly one mesh is empty; 0 if both are.
+SurfaceDistance surfaceDistance(const model::TriangleMesh& a, const model::TriangleMesh& b,
+                                double relativeTolerance = 1e-3);
+
+/// An upper bound of the distance of all points of `a` from `b`, too large by no more than a
+/// fraction of the diagonal of the bounds of both. Neither may be empty.
+double farthestFrom(const model::TriangleMesh& a, const model::TriangleMesh& b,
+                    double relativeTolerance = 1e-3);
+
+/// The distance of some point of one surface from the other that is more than `distance`; nothing
+/// if there is none, but for points farther by less than a thousandth of it. Much faster than
+/// surfaceDistance where the answer is clear: infinite if exactly one mesh is empty.
+///
+/// Fails if it takes more than some million steps, as for surfaces that lie on one another, in
+/// other triangles, and a `distance` that is many times smaller than these.
+Result<std::optional<double>> fartherThan(double distance, const model::TriangleMesh& a,
+                                          const model::TriangleMesh& b);
+
+struct SolidDifferenceOptions {
+  /// Lines along the longer side of each lattice; at least 4.
+  std::uint32_t resolution = 256;
+};
+
+struct SolidDifference {
+  double volume = 0;  ///< of what is asked for, in cubic length units
+  double error = 0;   ///< estimate of its error
+};
+
+/// The volume of the points that lie in one solid and not in the other, for solids bounded by
+/// closed triangle meshes: the integral of |w_a - w_b|, where w is the winding number of a surface
+/// about a point. For surfaces that do not intersect themselves w is 1 inside and 0 outside. If
+/// they do, parts count as often as they do in signedVolume, so that |V_a - V_b| <= volume always
+/// holds, and no part makes the function fail.
+///
+/// The result is the mean of integrals along four square lattices of parallel lines, exact on each
+/// line and by the midpoint rule across, each lattice spanning the bounds of both; parts whose
+/// bounds are apart get lattices of their own. The lines are askew to the axes, since solids often
+/// have faces along those: then the integrand is continuous, and the error falls with the square of
+/// the spacing. `error` is twice the largest deviation of the four from their mean: an estimate,
+/// which is too small for about one pair of solids in fifty. Surfaces that consist of the same
+/// triangles, in any order, give exactly 0.
+///
+/// Fails for a mesh that is not closed.
+Result<SolidDifference> solidDifference(const model::TriangleMesh& a, const model::TriangleMesh& b,
+                                        const SolidDifferenceOptions& options = {});
+
+/// The volume of the points that lie in both solids: the integral of min(w_a, w_b) where that is
+/// positive, in the same way, but the lattices span what the solids have in common
+/// (common_parts.h): the error is a fraction of the volume, however small it is. Solids whose
+/// interiors have no common point give 0 up to rounding.
+Result<SolidDifference> solidOverlap(const model::TriangleMesh& a, const model::TriangleMesh& b,
+                                     const SolidDifferenceOptions& options = {});
+
+}  // namespace t4d::measure
+
+/// Compares two 4D meshes by the solids they represent at given times.
+namespace t4d::measure {
+
+struct CompareOptions {
+  SolidDifferenceOptions difference = {};
+  double distanceTolerance = 1e-3;  ///< for surfaceDistance
+};
+
+/// Two solids at one time; a solid that does not exist then is empty.
+struct SliceComparison {
+  double time = 0;
+  double volumeA = 0;
+  double volumeB = 0;
+  double areaA = 0;
+  double areaB = 0;
+  SolidDifference difference;
+  SurfaceDistance distance;
+};
+
+/// The solid of all bodies that exist at a time, as one closed mesh without attributes; empty if
+/// none does. Fails if slicing does.
+Result<model::TriangleMesh> solidAt(std::span<const model::Body> bodies, double time);
+
+/// Fails if solidDifference does.
+Result<SliceComparison> compareSolids(double time, const model::TriangleMesh& a,
+                                      const model::TriangleMesh& b,
+                                      const CompareOptions& options = {});
+
+/// Compares the solids at each time, one on each thread, which has two slabs and two slices in
+/// memory.
+Result<std::vector<SliceComparison>> compareAt(std::span<const model::Body> a,
+                                               std::span<const model::Body> b,
+                                               std::span<const double> times,
+                                               const CompareOptions& options = {},
+                                               const model::Progress& progress = {});
+
+/// `count` times from the first to the last of `span`, as evenly spaced as goes without a beat: the
+/// slices of a sweep are smallest half way between two layers, so times that fall now on a layer
+/// and now between two would make a zigzag of a constant volume. Each time but the first and the
+/// last is moved to the middle of the longest step of the bodies that it falls into, unless that
+/// step has four times or more, which show what happens in it. Times that are then the same are
+/// one, so there may be fewer.
+std::vector<double> timesAmidSteps(std::span<const model::Body> bodies, const model::TimeSpan& span,
+                                   std::uint64_t count);
+
+/// How many of `times` fall within some body, and on a layer or an end of every body that exists
+/// then. If all do, the comparison says nothing about the time between layers.
+std::size_t timesOnLayers(std::span<const model::Body> bodies, std::span<const double> times);
+
+}  // namespace t4d::measure
+
+/// The components of a solid over time: when each appears, splits, merges and vanishes.
+///
+/// The slice of a closed mesh at a time is a set of closed surfaces. Between two times at which
+/// the mesh has vertices they move and change their shape, but not their number, their Euler
+/// numbers or which is within which. So every change has the exact time of vertices of the mesh,
+/// which is taken as it is, straight between layers. A change is found by comparing the slice just
+/// before a time with the slice just after it; all vertices of one time count together, and the
+/// surfaces that the slice at that time connects are one change (SlabReeb).
+///
+/// A component of the solid is what an outward surface encloses, less the cavities in it, whose
+/// surfaces face inward. A track is a component from the time at which it appears, or comes out of
+/// a split or a merger, to the time at which it vanishes, splits or merges. It keeps its number
+/// while holes and cavities open and close in it. Those that exist at the first time of the mesh
+/// begin with it, however they came to be, and those that exist at the last time end with it:
+/// neither is an event.
+namespace t4d::measure {
+
+enum class TrackEventKind : std::uint8_t {
+  Appears,         ///< none before, one or more after
+  Vanishes,        ///< one or more before, none after
+  Splits,          ///< one before, several after
+  Merges,          ///< several before, one after
+  Rearranges,      ///< several before, several after
+  HoleOpens,       ///< a surface has a handle more: its genus rises by `count`
+  HoleCloses,      ///< it falls by `count`
+  CavityAppears,   ///< cavities begin within the solid
+  CavityVanishes,  ///< they are filled
+  CavityOpens,     ///< they are connected to the outside or to a cavity around the solid
+  CavityCloses,    ///< they are cut off from it
+  CavitiesSplit,   ///< there are `count` more, out of others
+  CavitiesMerge,   ///< there are `count` less
+};
+
+/// What happens to components at one time and place.
+struct TrackEvent {
+  double time = 0;
+  TrackEventKind kind = TrackEventKind::Appears;
+  /// The mean of the vertices of the mesh where the topology changes.
+  model::Point3 place = model::Point3::Zero();
+  std::vector<std::uint32_t> before = {};  ///< tracks that take part, as they were before
+  std::vector<std::uint32_t> after = {};
+  /// Holes or cavities; of other kinds the difference of the numbers of tracks.
+  std::uint64_t count = 0;
+  /// What the event adds to the Euler number of the slice.
+  std::int64_t euler = 0;
+};
+
+struct TrackSample {
+  SolidMeasures measures;
+  /// The distance from the centroid of the sample before, by the time since; none of the first.
+  std::optional<double> speed = {};
+};
+
+struct Track {
+  double begin = 0;
+  double end = 0;
+  bool beginsWithMesh = false;
+  bool endsWithMesh = false;
+  bool beginsBefore = false;             ///< in a part of a mesh: it exists before the part
+  bool endsAfter = false;                ///< and here: after it
+  bool cavity = false;                   ///< a surface that faces inward, if surfaces are tracked
+  std::vector<std::uint32_t> from = {};  ///< tracks that it came out of
+  std::vector<std::uint32_t> into = {};
+  /// The largest volume in a sample, or at some time of its first slab if it has none.
+  double largestVolume = 0;
+  std::vector<TrackSample> samples = {};  ///< in the order of time
+};
+
+struct TrackOptions {
+  /// At which tracks are measured, in any order.
+  std::vector<double> times = {};
+  /// Whether they are measured at all layers, too.
+  bool layers = true;
+  /// Tracks every surface for itself, those of cavities, too, instead of components of the solid.
+  bool surfaces = false;
+  /// A track that is smaller, or shorter, is left out where the others around it can go on without
+  /// it (prune).
+  double minVolume = 0;
+  double minDuration = 0;
+};
+
+/// A cavity that appears in a solid and is filled again: its two events.
+struct BriefCavity {
+  std::size_t appears = 0;
+  std::size_t vanishes = 0;
+  double largestVolume = 0;  ///< in a sample
+};
+
+struct Tracks {
+  model::TimeSpan time;
+  std::vector<Track> tracks;       ///< in the order in which they begin
+  std::vector<TrackEvent> events;  ///< in the order of time
+  std::vector<BriefCavity> briefCavities;
+  std::uint64_t prunedTracks = 0;
+  std::uint64_t prunedEvents = 0;
+};
+
+/// Leaves out tracks with less than the least volume or duration, the shortest first: those that
+/// appear and vanish, and those at a split or a merger that others take part in on the same side.
+/// Where one track is left on either side the two are one from then on. Cavities that appear and
+/// vanish are left out alike, unless surfaces were tracked.
+void prune(Tracks& tracks, double minVolume, double minDuration);
+
+struct PartOfTracks;
+
+/// A track that is followed from slab to slab.
+struct FollowedTrack {
+  bool begun = false;
+  bool ended = false;  ///< what happens at the last layer is known after the slab above it
+  double begin = 0;
+  double end = 0;
+  /// Cells of the last slab: all of the track there, in its time, are connected with them by cells
+  /// that share an edge then.
+  std::vector<std::uint32_t> cells = {};
+};
+
+/// Tracks the components of a mesh, with a slab in memory and what is known of the components that
+/// exist.
+class Tracker : public model::Sink {
+ public:
+  /// `time` is that of the whole mesh; the times of samples are in order (sampleTimesOf).
+  Tracker(model::TimeSpan time, std::vector<double> sampleTimes, bool surfaces);
+  ~Tracker() override;
+
+  /// Fails if checkConnectivity or checkSlab does.
+  Result<void> put(const model::Slab& slab) override;
+  std::unique_ptr<Prepared> prepare(const model::Slab& slab) const override;
+  Result<void> putPrepared(const model::Slab& slab, Prepared* prepared) override;
+
+  /// Begins after this slab, which has a duration, instead of at the begin of the mesh.
+  Result<void> startAfter(const model::Slab& slab);
+
+  /// Follows a track, by its number; before the first slab.
+  void follow(std::uint32_t track);
+  const FollowedTrack& followed() const;
+
+  /// Call one of them once: after the last slab of the mesh, or after a slab with a duration that
+  /// others follow.
+  Tracks finish();
+  PartOfTracks finishPart(bool atEnd);
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// The times of samples of these options, in order. Fails for a time outside the mesh.
+Result<std::vector<double>> sampleTimesOf(const model::Source& source, const TrackOptions& options);
+
+/// The tracks of a closed mesh. Slabs are worked on by all threads; the result does not depend on
+/// their number. Fails for a time outside the mesh, and if reading a slab does.
+Result<Tracks> tracksOf(const model::Source& source, const TrackOptions& options = {},
+                        const model::Progress& progress = {});
 
 }  // namespace t4d::measure

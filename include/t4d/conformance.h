@@ -9,7 +9,6 @@
 #include <span>
 #include <string>
 #include <variant>
-#include "measure/tracks.h"
 #include <vector>
 
 #include "t4d/check.h"
@@ -39,16 +38,6 @@ Check holds(std::string name, bool expected, bool actual, std::string reason,
             std::string found = {});
 Check countIs(std::string name, std::uint64_t expected, std::uint64_t actual, std::string reason,
               std::string found = {});
-/// A change of a solid's topology at a known time.
-struct TopologyEvent {
-  measure::TrackEventKind kind = measure::TrackEventKind::Merges;
-  double time = 0;
-  /// How fast two sheets of the surface approach or leave each other there, at least until they are
-  /// `depth` from where they meet.
-  double leastSpeed = 0;
-  double depth = 0;
-};
-
 
 /// A number and its tolerance.
 struct Measure {
@@ -187,6 +176,16 @@ struct MovingMesh {
   std::vector<int> genera;  ///< of its surfaces, in descending order
   std::string motionText;   ///< the text of a motion file (docs/motion.md)
   model::Motion motion;     ///< the same motion, parsed
+};
+
+/// A change of a solid's topology at a known time.
+struct TopologyEvent {
+  measure::TrackEventKind kind = measure::TrackEventKind::Merges;
+  double time = 0;
+  /// How fast two sheets of the surface approach or leave each other there, at least until they are
+  /// `depth` from where they meet.
+  double leastSpeed = 0;
+  double depth = 0;
 };
 
 /// A box whose face at its smallest x the moving solid first touches at a known time.

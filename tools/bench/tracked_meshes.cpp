@@ -9,11 +9,11 @@
 #include <tbb/global_control.h>
 
 #include "fixtures/splash.h"
-#include "measure/tracks.h"
-#include "t4d/sweep.h"
+#include "t4d/check.h"
 #include "t4d/mesh.h"
-#include "voxel4d/sampled_frames.h"
+#include "t4d/sweep.h"
 #include "t4d/weave.h"
+#include "voxel4d/sampled_frames.h"
 
 namespace t4d::bench {
 namespace {

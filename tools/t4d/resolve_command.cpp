@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "formats/output_file.h"
-#include "measure/compare.h"
+#include "t4d/check.h"
 #include "tools/t4d/commands.h"
 #include "tools/t4d/console.h"
 #include "tools/t4d/console_observer.h"

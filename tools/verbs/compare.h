@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "measure/compare.h"
+#include "t4d/check.h"
 #include "t4d/surface.h"
 #include "tools/verbs/observer.h"
 #include "tools/verbs/surface_agreement.h"

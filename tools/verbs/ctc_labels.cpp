@@ -13,8 +13,8 @@
 #include "formats/output_folder.h"
 #include "formats/tiff_writer.h"
 #include "measure/visit_lattice.h"
-#include "t4d/mesh.h"
 #include "platform/replaceable.h"
+#include "t4d/mesh.h"
 #include "tools/verbs/slice_tracks.h"
 
 namespace t4d::verbs {

@@ -9,10 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include "formats/t4d/manifest.h"
-#include "measure/compare.h"
 #include "measure/mesh_digest.h"
-#include "measure/surface_distance.h"
 #include "model/progress.h"
+#include "t4d/check.h"
 #include "t4d/file.h"
 #include "t4d/mesh.h"
 

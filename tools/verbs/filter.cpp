@@ -5,8 +5,8 @@
 
 #include "edit/clip_time.h"
 #include "edit/cut_track.h"
-#include "measure/tracks.h"
 #include "platform/stopwatch.h"
+#include "t4d/check.h"
 #include "t4d/file.h"
 #include "tools/verbs/json_text.h"
 

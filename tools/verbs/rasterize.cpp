@@ -4,8 +4,8 @@
 
 #include "convert/frame_files.h"
 #include "convert/frame_slices.h"
-#include "measure/compare.h"
 #include "platform/replaceable.h"
+#include "t4d/check.h"
 #include "tools/verbs/json_text.h"
 #include "tools/verbs/origin.h"
 

@@ -7,10 +7,10 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include "measure/compare.h"
 #include "model/parallel.h"
 #include "model/source_part.h"
 #include "platform/stopwatch.h"
+#include "t4d/check.h"
 #include "t4d/file.h"
 #include "tools/verbs/json_text.h"
 #include "tools/verbs/time_scale.h"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "measure/body_contacts.h"
-#include "measure/tracks.h"
+#include "t4d/check.h"
 #include "tools/verbs/input.h"
 #include "tools/verbs/observer.h"
 
