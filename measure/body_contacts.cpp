@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "measure/level_surfaces.h"
-#include "measure/parallel_for.h"
+#include "model/parallel.h"
 #include "slice/cut.h"
 #include "t4d/mesh.h"
 
@@ -260,12 +260,13 @@ Result<std::vector<BodyContact>> contactsOf(std::span<const model::Body> bodies,
   std::ranges::sort(times);
   times.erase(std::unique(times.begin(), times.end()), times.end());
   std::vector<Result<std::vector<BodyContact>>> found(chosen.size(), std::vector<BodyContact>());
-  parallelFor(chosen.size(), progress, [&](std::size_t i) {
+  const auto done = model::forEach(chosen.size(), progress, [&](std::size_t i) {
     const auto& [span, slabs] = *chosen[i];
     if (slabs.size() < 2) return;
     found[i] =
         contactsIn(bodies, {span.first, span.second}, slabs, times, span.second == whole.end);
   });
+  if (!done) return done.error();
   std::vector<BodyContact> contacts;
   for (auto& one : found) {
     if (!one) return one.error();

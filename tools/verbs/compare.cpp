@@ -11,7 +11,7 @@
 
 #include "formats/t4d/url.h"
 #include "model/converted_source.h"
-#include "model/in_order.h"
+#include "model/parallel.h"
 #include "t4d/check.h"
 #include "t4d/mesh.h"
 #include "tools/verbs/input.h"
@@ -241,10 +241,8 @@ Result<std::vector<ComparedSlice>> compareBodies(std::span<const model::Body> a,
           return false;
         }
         slices.push_back(**compared);
-        if (progress) {
-          progress(static_cast<double>(slices.size()) / static_cast<double>(times.size()));
-        }
-        return true;
+        done = model::report(progress, slices.size(), times.size());
+        return done.has_value();
       });
   if (!done) return done.error();
   return slices;

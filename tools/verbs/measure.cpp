@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "model/in_order.h"
+#include "model/parallel.h"
 #include "t4d/mesh.h"
 #include "tools/verbs/csv_field.h"
 #include "tools/verbs/json_text.h"
@@ -93,8 +93,8 @@ Result<std::vector<std::vector<WallMeasures>>> wallsOfEach(std::span<const model
           return false;
         }
         walls[done / times.size()].push_back(**made);
-        if (progress) progress(static_cast<double>(++done) / static_cast<double>(count));
-        return true;
+        outcome = model::report(progress, ++done, count);
+        return outcome.has_value();
       });
   if (!outcome) return outcome.error();
   return walls;
