@@ -139,6 +139,7 @@ TEST_F(FrameFiles, ASeriesThatFailsHasNoManifest) {
   const auto block = [&](double) {
     if (fs::is_regular_file(third)) fs::remove(third);
     fs::create_directory(third);
+    return true;
   };
   EXPECT_FALSE(write(".obj", slice::SliceDetail::Light, block));
   EXPECT_FALSE(fs::exists(folder_ / "manifest.json"));
