@@ -170,6 +170,26 @@ void addCopiedPose(InvalidCases& cases) {
       "SLAB 1/lower");
 }
 
+void addNumbersBeyond(InvalidCases& cases) {
+  const Solid solid = cornerTetrahedron();
+  const std::vector<Slab> slabs = sweep(
+      solid, {pose(solid, 0, {0, 0, 0}), pose(solid, 1, {0, 0, 0}), pose(solid, 2, {0, 0, 1})},
+      {.capSlabs = false});
+  const auto up = [](std::size_t k) { return movedBy({0, 0, k == 0 ? 0.25 : 1}); };
+  cases.add(
+      "P2-posed-beyond-binary32", "A coordinate is finite where it is moved, and not when it is rounded to binary32.",
+      baseOf({{"tetrahedron", withPoses(slabs, up, true)}}, {.float32 = true}),
+      [](Image& image) { image.set("POSE 1/m00", 1e39); }, "POSE 1/m00");
+  Slab nothing;
+  nothing.connectivity = std::make_shared<model::Connectivity>();
+  nothing.timeBegin = 1;
+  nothing.timeEnd = 2;
+  cases.add(
+      "S1-begin-after-end-of-no-vertices", "begin is greater than end, in a slab without vertices.",
+      baseOf({{"nothing", {nothing}}, {"simplex", simplex()}}),
+      [](Image& image) { image.set("SLAB 0/begin", 3.0); }, "SLAB 0/begin");
+}
+
 void addExpansion(InvalidCases& cases) {
   // 85 rows of 253 bytes are 21,505, which is 1 more than 1,024 x 21.
   std::vector<Slab> slabs = simplex();
@@ -290,6 +310,7 @@ void addLimitFaults(InvalidCases& cases) {
   addMeansFaults(cases);
   addTypeFaults(cases);
   addCopiedPose(cases);
+  addNumbersBeyond(cases);
   addExpansion(cases);
 }
 

@@ -44,6 +44,16 @@ test('the expected answers are as the schemas of answers say', () => {
   }
 });
 
+test('the expected answers, and the list of damaged files, are as the schemas of the corpus say', () => {
+  const answers = schemaOf('conformance/corpus/files/answers.schema.json');
+  for (const { expected } of manifest.files.filter((file) => file.expected)) {
+    answers.check(readJson(at(expected)), expected);
+  }
+  const damaged = readJson(at('damaged.json'));
+  schemaOf('conformance/corpus/files/damaged.schema.json').check(damaged, 'damaged.json');
+  assert.equal(damaged.corpus_version, manifest.corpus_version);
+});
+
 test('the meshes for writers are as their schema says', () => {
   const mesh = schemaOf('formats/t4d/writer_mesh.schema.json');
   const kept = path.join(makeFolder('writers'), 'kept');

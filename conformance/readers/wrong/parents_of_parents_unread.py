@@ -1,5 +1,5 @@
 #!/usr/bin/python3 -IS
-# caught by: invalid/M11-parent-unknown-of-a-parent
+# caught by: invalid/M11-three-parents-in-a-circle
 """Looks at the parent of a body, and not at the parent of that (M11)."""
 import sys
 
