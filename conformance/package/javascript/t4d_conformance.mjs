@@ -8,10 +8,10 @@
 // every case passed, 1 if one failed, 2 for wrong usage. One file, Node 18 or later, no other package; public
 // domain (CC0 1.0).
 import { spawn } from "node:child_process";
-import { closeSync, mkdtempSync, openSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { closeSync, mkdtempSync, openSync, readFileSync, realpathSync, rmSync, writeFileSync } from "node:fs";
 import os from "node:os";
 import { join } from "node:path";
-import { fileURLToPath, pathToFileURL } from "node:url";
+import { fileURLToPath } from "node:url";
 import { parseArgs } from "node:util";
 
 const TEXTS = new Set(["name", "domain", "version", "features"]); // and checksums: all else is a number
@@ -333,6 +333,7 @@ export async function main(args) {
   return wrong.length ? 1 : 0;
 }
 
-if (process.argv[1] && import.meta.url === pathToFileURL(process.argv[1]).href) {
+// npm starts it by a link.
+if (process.argv[1] && fileURLToPath(import.meta.url) === realpathSync(process.argv[1])) {
   process.exitCode = await main(process.argv.slice(2));
 }
