@@ -1,4 +1,4 @@
-# ISAL::ISAL, Intel's Intelligent Storage Acceleration Library: its CRC-32C and its unpacking of zlib.
+# ISAL::ISAL, Intel's Intelligent Storage Acceleration Library: its unpacking of gzip.
 find_path(ISAL_INCLUDE_DIR isa-l/crc.h)
 find_library(ISAL_LIBRARY isal)
 include(FindPackageHandleStandardArgs)

@@ -1,4 +1,4 @@
-# LibDeflate::LibDeflate, which compresses in the zlib format.
+# LibDeflate::LibDeflate, which packs and unpacks the zlib format.
 find_path(LibDeflate_INCLUDE_DIR libdeflate.h)
 find_library(LibDeflate_LIBRARY deflate)
 include(FindPackageHandleStandardArgs)

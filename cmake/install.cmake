@@ -6,7 +6,7 @@ configure_package_config_file(cmake/t4dConfig.cmake.in ${PROJECT_BINARY_DIR}/t4d
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/t4dConfigVersion.cmake
   COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/t4dConfig.cmake ${PROJECT_BINARY_DIR}/t4dConfigVersion.cmake
-  cmake/components.cmake cmake/FindTetGen.cmake cmake/FindISAL.cmake cmake/FindLibMd.cmake cmake/FindLibDeflate.cmake
+  cmake/components.cmake cmake/FindTetGen.cmake cmake/FindISAL.cmake cmake/FindLibDeflate.cmake
   cmake/FindLZ4.cmake cmake/T4dOpenVDB.cmake
   DESTINATION ${T4D_CMAKE_DIR})
 include(cmake/pkgconfig.cmake)

@@ -4,7 +4,7 @@ set(T4D_LINKED
   "TBB::tbb=-ltbb" "fmt::fmt=-lfmt" "ZLIB::ZLIB=-lz" "ISAL::ISAL=-lisal"
   "EXPAT::EXPAT=-lexpat" "LZ4::LZ4=-llz4"
   "zstd::libzstd_shared=-lzstd"
-  "TinyGLTF::TinyGLTF=-ltinygltf" "LibLZMA::LibLZMA=-llzma" "LibMd::LibMd=-lmd"
+  "TinyGLTF::TinyGLTF=-ltinygltf" "LibLZMA::LibLZMA=-llzma"
   "LibDeflate::LibDeflate=-ldeflate" "CURL::libcurl=-lcurl"
   "meshoptimizer::meshoptimizer=-lmeshoptimizer" "draco::draco=-ldraco" "TetGen::TetGen=-ltet"
   "CGAL::CGAL=-lmpfr -lgmp")

@@ -5,9 +5,8 @@
 #include <span>
 
 #include <fmt/format.h>
-#include <isa-l/crc.h>
 
-#include "platform/upper_halves.h"
+#include "formats/zlib_block.h"
 
 namespace t4d::formats {
 namespace {
@@ -72,8 +71,7 @@ Result<void> ZipEntryWriter::begin() {
 }
 
 Result<void> ZipEntryWriter::write(std::string_view bytes) {
-  crc_ = crc32_gzip_refl(crc_, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
-  platform::clearUpperHalves();
+  crc_ = zlibCrc32(bytes, crc_);
   size_ += bytes.size();
   return file_.write(bytes.data(), bytes.size());
 }

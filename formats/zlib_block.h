@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>
@@ -13,11 +14,14 @@ namespace t4d::formats {
 /// size.
 inline constexpr std::size_t kMostZlibRatio = 1032;
 
-/// Compresses at most 2 GiB, fast rather than well.
+/// Compresses fast rather than well.
 std::string zlibCompressed(std::string_view bytes);
 
 /// Unpacks exactly `into.size()` bytes; fails if there are more or fewer, or if the data or their
 /// checksum are wrong. The error has no `where`.
 Result<void> zlibUnpack(std::string_view packed, std::span<char> into);
+
+/// The CRC-32 of zlib and ZIP; `before` is that of the bytes before these.
+std::uint32_t zlibCrc32(std::string_view bytes, std::uint32_t before = 0);
 
 }  // namespace t4d::formats

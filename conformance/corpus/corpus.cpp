@@ -7,11 +7,11 @@
 #include <optional>
 #include <regex>
 #include <set>
+#include <span>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
-#include <sha2.h>
 
 #include "conformance/corpus/cases.h"
 #include "conformance/corpus/slice_parts.h"
@@ -20,6 +20,7 @@
 #include "formats/output_folder.h"
 #include "model/number.h"
 #include "platform/replaceable.h"
+#include "platform/sha256.h"
 
 namespace t4d::conformance {
 namespace {
@@ -32,8 +33,9 @@ constexpr const char* kSpecVersion = "1.1";
 constexpr std::size_t kKeptBytes = std::size_t{1} << 20;
 
 std::string sha256(std::string_view bytes) {
-  char text[SHA256_DIGEST_STRING_LENGTH];
-  return SHA256Data(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size(), text);
+  platform::Sha256 digest;
+  digest.add(std::as_bytes(std::span(bytes)));
+  return digest.finish();
 }
 
 template <class T>

@@ -9,7 +9,7 @@ set(libraries
   "OpenVDB=OpenVDB::openvdb" "zlib=ZLIB::ZLIB" "ISA-L=ISAL::ISAL"
   "Expat=EXPAT::EXPAT" "tinygltf=TinyGLTF::TinyGLTF" "zstd=zstd::libzstd_shared" "LZ4=LZ4::LZ4"
   "liblzma=LibLZMA::LibLZMA" "libcurl=CURL::libcurl"
-  "meshoptimizer=meshoptimizer::meshoptimizer" "Draco=draco::draco" "libmd=LibMd::LibMd" "libdeflate=LibDeflate::LibDeflate")
+  "meshoptimizer=meshoptimizer::meshoptimizer" "Draco=draco::draco" "libdeflate=LibDeflate::LibDeflate")
 # What all components need, and solids for tests, have no rows.
 set(with_rows ${components})
 list(REMOVE_ITEM with_rows platform fixtures)
