@@ -177,7 +177,8 @@ void addNumbersBeyond(InvalidCases& cases) {
       {.capSlabs = false});
   const auto up = [](std::size_t k) { return movedBy({0, 0, k == 0 ? 0.25 : 1}); };
   cases.add(
-      "P2-posed-beyond-binary32", "A coordinate is finite where it is moved, and not when it is rounded to binary32.",
+      "P2-posed-beyond-binary32",
+      "A coordinate is finite where it is moved, and not when it is rounded to binary32.",
       baseOf({{"tetrahedron", withPoses(slabs, up, true)}}, {.float32 = true}),
       [](Image& image) { image.set("POSE 1/m00", 1e39); }, "POSE 1/m00");
   Slab nothing;

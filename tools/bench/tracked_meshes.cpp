@@ -6,9 +6,8 @@
 #include <string>
 #include <vector>
 
-#include <tbb/global_control.h>
-
 #include "fixtures/splash.h"
+#include "model/parallel.h"
 #include "t4d/check.h"
 #include "t4d/mesh.h"
 #include "t4d/sweep.h"
@@ -47,7 +46,7 @@ Result<void> timeTracks(const std::string& name, const model::Mesh& mesh, Report
   std::vector<double> seconds;
   std::size_t events = 0;
   for (const std::size_t threads : {1, 2}) {
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    const model::ThreadLimit limit(threads);
     std::vector<double> each;
     for (int i = 0; i < report.repetitions; ++i) {
       const auto begin = std::chrono::steady_clock::now();
