@@ -122,7 +122,7 @@ TEST(Filter, KeepsTheSolidWithinTheSpan) {
   const platform::TestFolder folder;
   const std::string path = (folder / "part.t4d").string();
   const model::Mesh mesh = movingCube(0, 4);
-  const auto report = filter(inMemory("cube", mesh), {{.from = 1, .to = 3}, path, 3, "test"});
+  const auto report = filter(inMemory("cube", mesh), {{.from = 1, .to = 3}, {}, path, 3, "test"});
   ASSERT_TRUE(report) << report.error().text();
   EXPECT_EQ(report->slabsCut, 2);
   EXPECT_EQ(report->caps.size(), 2);
