@@ -142,7 +142,8 @@ MeshResult verify(const model::Source& mesh, const Expectation& expectation,
 /// Moving solids as functions of space and time.
 namespace t4d::fixtures {
 
-/// The topology of a solid at one time: components, and the total number of handles.
+/// The topology of a solid at one time: its connected surfaces, of which a cavity has one of its
+/// own, and the total number of handles.
 struct Topology {
   double time = 0;
   int components = 0;
