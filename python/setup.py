@@ -44,7 +44,7 @@ class BinaryDistribution(Distribution):
         return True
 
 
-version = re.findall(r"#define T4D_VERSION_\w+ ([0-9]+)", (ROOT / "t4d" / "version.h").read_text())
+version = re.findall(r"#define T4D_VERSION_\w+ ([0-9]+)", (ROOT / "include" / "t4d" / "version.h").read_text())
 setup(
     version=".".join(version),
     packages=["t4d", "t4d.readers"],

@@ -82,7 +82,7 @@ def save(
             failed = any(getattr(error, "exit_code", 4) == 1 for error in failures)
             raise NoSolids("\n".join(losses), 1 if failed else 4, found)
         say("writing")
-        details = {"source": {"scene": scene["source"], "reader": scene["reader"]},
+        details: Dict[str, Any] = {"source": {"scene": scene["source"], "reader": scene["reader"]},
                    "parameters": {"fps": scene["fps"], "options": list(words)}}  # fmt: skip
         if scene["materials"]:
             details["materials"] = ["", *scene["materials"]]

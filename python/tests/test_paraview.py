@@ -154,7 +154,7 @@ def test_by_nothing_it_is_the_grid_that_convert_writes(models, tmp_path, no_mess
 
 
 def test_every_file_of_the_corpus(said):
-    corpus = ROOT / "t4d" / "conformance" / "corpus" / "files" / "valid"
+    corpus = ROOT / "conformance" / "corpus" / "files" / "valid"
     for path in corpus.glob("*.t4d"):
         mesh = t4d.read(path)
         begin, end = mesh.time_span

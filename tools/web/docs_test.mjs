@@ -9,7 +9,7 @@ import { build, makeFolder, root, t4dRaw } from './t4d.mjs';
 
 const folder = makeFolder('docs');
 // Examples run the project's readers and writers by their place in it.
-symlinkSync(path.join(root, 't4d'), path.join(folder, 'fixtures', 't4d'));
+symlinkSync(path.join(root, 'conformance'), path.join(folder, 'fixtures', 'conformance'));
 const foreign = (name) => name.startsWith('.') || ['build', 'node_modules'].includes(name);
 const pagesBelow = (below) => readdirSync(path.join(root, below), { withFileTypes: true })
   .flatMap((entry) => {
