@@ -163,7 +163,9 @@ const std::map<std::string, std::string>& messages() {
       {"M8", "whose 'name' is not|body name that has"},
       {"M9", "names the body 'a' twice"},
       {"M11", "has a body (.* )?whose '(color|material|details|parent)' is"},
-      {"M10", "'(generator|backend|length_unit|time_unit|up|details|grid)' is|a number that binary64 cannot hold"},
+      {"M10",
+       "'(generator|backend|length_unit|time_unit|up|details|grid)' is|a number that binary64 "
+       "cannot hold"},
       {"N1", "exceed the [15] vertices"},
       {"N2", "the ranges of vertices of its blocks|shorter than its fixed part|CONN: "},
       {"N3", "where 4 of type 5 are expected"},

@@ -13,6 +13,7 @@
 #include "formats/triangle/vertex_normals.h"
 #include "formats/triangle/written_mesh.h"
 #include "formats/zlib_block.h"
+#include "model/corner_attributes.h"
 #include "t4d/mesh.h"
 
 namespace t4d::formats {
@@ -58,6 +59,13 @@ const Attribute* attributeNamed(const NamedMesh& named, Domain domain, std::stri
     if (attribute.domain == domain && attribute.name == name) return &attribute;
   }
   return nullptr;
+}
+
+/// Attributes of corners keep the end of their names, by which they are known when they are read.
+std::string arrayName(std::string_view name) {
+  if (!name.ends_with(model::kCornersOf)) return plainName(name);
+  name.remove_suffix(model::kCornersOf.size());
+  return plainName(name) + std::string(model::kCornersOf);
 }
 
 class VtpWriter {
@@ -242,7 +250,7 @@ class VtpWriter {
         }
         seen.push_back(attribute.name);
         std::string why = whyNot(attribute);
-        const std::string name = plainName(attribute.name);
+        const std::string name = arrayName(attribute.name);
         if (std::ranges::find(taken, name) != taken.end()) why = "another has the same name";
         if (!why.empty()) {
           addOnce(lost_, lostLine(attribute, why));
