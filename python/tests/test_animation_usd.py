@@ -289,5 +289,5 @@ def test_a_stage_at_rest_is_one_triangle_mesh_in_metres_with_its_attributes(tmp_
     assert done.returncode == 2 and "is the input, which is never replaced" in done.stderr
     done = run(tmp_path / "still.usdc", "-o", tmp_path / "still.vtp", "--frame-range", "7:7")
     assert done.returncode == 0 and "note: 1 of 2 objects" in done.stderr
-    with pytest.warns(t4d.Loss, match="data that are not read: color_corners"):
+    with pytest.warns(t4d.Loss, match="data that are not read: color:corners"):
         assert np.array_equal(t4d.read_triangles(tmp_path / "still.vtp").vertices, mesh.vertices)
