@@ -14,7 +14,7 @@ UrlOpener urlOpener = nullptr;
 void setUrlOpener(UrlOpener opener) { urlOpener = opener; }
 
 Result<std::unique_ptr<ByteSource>> openByteSource(const std::filesystem::path& pathOrUrl) {
-  const std::string& text = pathOrUrl.native();
+  const std::string text = pathOrUrl.string();
   if (text == "-") {
     return fail(
         ErrorCode::Io,

@@ -39,7 +39,7 @@ Result<std::vector<JoinedPart>> joinedParts(const std::vector<std::filesystem::p
     const auto manifest = readManifest(file);
     if (!manifest) return manifest.error();
     for (const ManifestPart& part : manifest->parts) {
-      if (auto open = openPart(part, shownName(file.native())); !open) return open.error();
+      if (auto open = openPart(part, shownName(file.string())); !open) return open.error();
       parts.push_back({part.place, part});
     }
   }

@@ -284,17 +284,17 @@ std::uint64_t Manifest::bytes() const {
 }
 
 bool isManifest(const std::filesystem::path& pathOrUrl) {
-  const std::string& text = pathOrUrl.native();
+  const std::string text = pathOrUrl.string();
   return lowerCaseExtension(schemeOf(text).empty() ? text : pathOfUrl(text)) == ".t4dm";
 }
 
 Result<Manifest> readManifest(const std::filesystem::path& pathOrUrl) {
-  const std::string name = shownName(pathOrUrl.native());
+  const std::string name = shownName(pathOrUrl.string());
   auto file = openByteSource(pathOrUrl);
   if (!file) return file.error();
   const auto text = readText(**file);
   if (!text) return inManifest(text.error(), name);
-  auto manifest = parseManifest(*text, name, pathOrUrl.native());
+  auto manifest = parseManifest(*text, name, pathOrUrl.string());
   if (!manifest) return inManifest(manifest.error(), name);
   return manifest;
 }
@@ -309,7 +309,7 @@ std::string manifestText(const Manifest& manifest) {
 
 Result<std::string> pathInManifest(const std::filesystem::path& place,
                                    const std::filesystem::path& manifest) {
-  if (!schemeOf(place.native()).empty()) return place.native();
+  if (!schemeOf(place.string()).empty()) return place.string();
   const auto whole = [](const std::filesystem::path& path) {
     return std::filesystem::absolute(path).lexically_normal();
   };
@@ -333,7 +333,7 @@ Result<std::string> pathInManifest(const std::filesystem::path& place,
 }
 
 Error inPart(Error error, const ManifestPart& part, const std::string& manifest) {
-  if (error.where.empty()) error.where = shownName(part.place.native());
+  if (error.where.empty()) error.where = shownName(part.place.string());
   error.message = fmt::format("{} (a part of {})", error.message, manifest);
   return error;
 }
@@ -345,7 +345,7 @@ Result<std::unique_ptr<ByteSource>> openPart(const ManifestPart& part,
                 fmt::format("is not the part that {} describes: {}; restore it, or make the "
                             "manifest anew",
                             manifest, message),
-                shownName(part.place.native()));
+                shownName(part.place.string()));
   };
   auto file = openByteSource(part.place);
   if (!file) return inPart(file.error(), part, manifest);
@@ -360,7 +360,7 @@ Result<std::unique_ptr<ByteSource>> openPart(const ManifestPart& part,
 
 Result<void> checkPartsAreThere(const Manifest& manifest, const std::string& name) {
   for (const ManifestPart& part : manifest.parts) {
-    if (!schemeOf(part.place.native()).empty()) continue;
+    if (!schemeOf(part.place.string()).empty()) continue;
     std::error_code error;
     const std::uint64_t size = std::filesystem::file_size(part.place, error);
     if (!error && size == part.bytes) continue;

@@ -225,7 +225,7 @@ class PartedFile : public T4dReader::File {
   Result<void> checkSame(const ManifestPart& said, const ManifestPart& found) const {
     const auto other = [&](const std::string& what) {
       return invalid(fmt::format("is not the part that {} describes: {}", name(), what),
-                     shownName(said.place.native()));
+                     shownName(said.place.string()));
     };
     if (said.sha256 != found.sha256) return other("its SHA-256 is " + found.sha256);
     const auto same = [](const T4dChunks& a, const T4dChunks& b) {
@@ -254,7 +254,7 @@ class PartedFile : public T4dReader::File {
 Result<std::unique_ptr<T4dReader::File>> T4dReader::File::openParts(
     const std::filesystem::path& pathOrUrl, T4dOpen how, const model::Progress& progress,
     std::optional<std::uint64_t> maxCells) {
-  const std::string name = shownName(pathOrUrl.native());
+  const std::string name = shownName(pathOrUrl.string());
   auto manifest = readManifest(pathOrUrl);
   if (!manifest) return manifest.error();
   if (how == T4dOpen::FromFront) {

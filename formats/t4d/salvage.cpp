@@ -31,10 +31,10 @@ Result<ChunkFile> openLocal(const std::filesystem::path& path) {
                 "is a file in parts: recover the parts that are damaged, and join them again",
                 path.string());
   }
-  if (schemeOf(path.native()).empty()) return ChunkFile::open(path);
+  if (schemeOf(path.string()).empty()) return ChunkFile::open(path);
   return fail(ErrorCode::Unsupported,
               "only a local file can be searched for what is intact: download it first",
-              shownName(path.native()));
+              shownName(path.string()));
 }
 
 }  // namespace
