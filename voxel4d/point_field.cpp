@@ -6,6 +6,7 @@
 #include "voxel4d/field_metadata.h"
 #include "voxel4d/vdb_grid.h"
 #include "voxel4d/vdb_series.h"
+#include "voxel4d/vdb_voxel.h"
 
 namespace t4d::voxel4d {
 namespace {
@@ -65,10 +66,10 @@ openvdb::GridBase::Ptr gridOf(const PointField& field) {
 }  // namespace
 
 Result<std::uint64_t> writePointField(const std::filesystem::path& path, const PointField& field) {
+  if (auto good = checkVdbVoxel(field.lattice.voxelSize); !good) return good.error();
   initializeOpenVdb();
   return writeVdb(
-      path, field.whole ? gridOf<openvdb::Int32Grid>(field) : gridOf<openvdb::FloatGrid>(field),
-      field.lattice.voxelSize);
+      path, field.whole ? gridOf<openvdb::Int32Grid>(field) : gridOf<openvdb::FloatGrid>(field));
 }
 
 }  // namespace t4d::voxel4d

@@ -147,17 +147,11 @@ void addLeaves(const Grid& part, Grid& field) {
   }
 }
 
-/// The transform as writePointField sets it, which writeVdb takes.
-openvdb::math::Transform::Ptr transformOf(const FieldPart& part) {
-  const bool isFine = part.lattice.voxelSize < kFinestVoxel;
-  return isFine ? transformOf(part.lattice) : part.header->transformPtr();
-}
-
 template <class Grid>
 Result<openvdb::GridBase::Ptr> joinedGrid(const std::vector<FieldPart>& parts) {
   auto field = Grid::create(typename Grid::ValueType(0));
   field->setName(parts.front().header->getName());
-  field->setTransform(transformOf(parts.front()));
+  field->setTransform(parts.front().header->transformPtr());
   for (const FieldPart& part : parts) {
     auto file = VdbFile::open(part.file);
     if (!file) return file.error();
@@ -188,7 +182,7 @@ Result<JoinedField> joinPointFields(std::span<const fs::path> parts, const fs::p
                         ? joinedGrid<openvdb::FloatGrid>(read)
                         : joinedGrid<openvdb::Int32Grid>(read);
   if (!grid) return grid.error();
-  const auto bytes = writeVdb(path, *grid, first.lattice.voxelSize);
+  const auto bytes = writeVdb(path, *grid);
   if (!bytes) return bytes.error();
   return JoinedField{(*grid)->getName(), (*grid)->activeVoxelCount(), *bytes};
 }

@@ -12,6 +12,7 @@
 #include "t4d/sweep.h"
 #include "voxel4d/vdb_file.h"
 #include "voxel4d/vdb_grid.h"
+#include "voxel4d/vdb_voxel.h"
 
 namespace t4d::voxel4d {
 namespace {
@@ -86,24 +87,26 @@ TEST(PointField, IsReadAsItWasWritten) {
   }
 }
 
-TEST(PointField, OfFineVoxelsIsInItsPlace) {
+TEST(PointField, OfVoxelsThatOpenVdbTakesForNoneIsRefused) {
   const platform::TestFolder dir;
-  for (const Point3& origin : {Point3(0, 0, 0), Point3(-3, 5, 7)}) {
-    PointField field;
-    field.name = "fine";
-    field.lattice = {1e-5, origin};
-    field.counts = {2, 2, 2};
-    field.value = [](const std::array<std::uint32_t, 3>&, double& value) {
-      return value = 1, true;
-    };
-    ASSERT_TRUE(writePointField(dir / "fine.vdb", field));
-    const auto file = VdbFile::open(dir / "fine.vdb");
-    ASSERT_TRUE(file) << file.error().text();
-    const auto lattice = latticeOf(*(*file)->grids()[0].header, "");
-    ASSERT_TRUE(lattice) << lattice.error().text();
-    EXPECT_EQ(lattice->voxelSize, 1e-5);
-    EXPECT_EQ(lattice->origin, origin);
-  }
+  PointField field;
+  field.name = "fine";
+  field.counts = {2, 2, 2};
+  field.value = [](const std::array<std::uint32_t, 3>&, double& value) { return value = 1, true; };
+  field.lattice = {kFinestVoxel, {-3, 5, 7}};
+  ASSERT_TRUE(writePointField(dir / "finest.vdb", field));
+  const auto file = VdbFile::open(dir / "finest.vdb");
+  ASSERT_TRUE(file) << file.error().text();
+  const auto lattice = latticeOf(*(*file)->grids()[0].header, "");
+  ASSERT_TRUE(lattice) << lattice.error().text();
+  EXPECT_EQ(lattice->voxelSize, kFinestVoxel);
+  EXPECT_EQ(lattice->origin, field.lattice.origin);
+
+  field.lattice.voxelSize = 0.99 * kFinestVoxel;
+  const auto written = writePointField(dir / "finer.vdb", field);
+  ASSERT_FALSE(written);
+  EXPECT_EQ(written.error().code, ErrorCode::Unsupported);
+  EXPECT_FALSE(std::filesystem::exists(dir / "finer.vdb"));
 }
 
 TEST(PointField, OfAMotionSumsToItsHypervolumeAndVisitsVolume) {

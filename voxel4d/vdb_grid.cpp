@@ -13,6 +13,7 @@
 #include "model/parallel.h"
 #include "voxel4d/frame_file.h"
 #include "voxel4d/occupancy.h"
+#include "voxel4d/vdb_voxel.h"
 
 namespace t4d::voxel4d {
 

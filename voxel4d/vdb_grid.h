@@ -20,16 +20,11 @@ void initializeOpenVdb();
 Coord blockAt(const openvdb::Coord& point);
 openvdb::Coord cornerOf(const Coord& block);
 
-/// For smaller voxels OpenVDB makes no transform: it takes scales whose cube is below 3e-15 for
-/// zero. It reads them, though.
-inline constexpr double kFinestVoxel = 1e-4;
-
 /// The transform with this map, as read from a file. Transform's constructor would look for a
 /// simpler map, which fails for small voxels.
 openvdb::math::Transform::Ptr transformBy(const openvdb::math::MapBase& map);
 
-/// The transform of a lattice. Below kFinestVoxel it has voxels of 1; VdbSeries writes the true
-/// one.
+/// The transform of a lattice. Below kFinestVoxel it has voxels of 1, and is not written.
 openvdb::math::Transform::Ptr transformOf(const Lattice& lattice);
 
 /// "float", "mask", ... (OpenVDB calls the values of a mask grid bool).

@@ -1,7 +1,6 @@
 #include "voxel4d/vdb_series.h"
 
 #include <algorithm>
-#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <set>
@@ -23,31 +22,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Where the scale of the transform begins, which follows the translation if there is one.
-char* scaleIn(std::string& bytes) {
-  const std::string scaled = openvdb::math::UniformScaleMap::mapType();
-  const std::string moved = openvdb::math::UniformScaleTranslateMap::mapType();
-  const auto endOf = [&](const std::string& type) -> char* {
-    const std::string stored = std::string{static_cast<char>(type.size()), 0, 0, 0} + type;
-    const std::size_t at = bytes.find(stored);
-    return at == std::string::npos ? nullptr : bytes.data() + at + stored.size();
-  };
-  if (char* const scale = endOf(scaled)) return scale;
-  return endOf(moved) + sizeof(openvdb::Vec3d);
-}
-
-/// Replaces the voxels of 1 in a file by those that transformOf leaves to us.
-void setVoxelSize(std::string& bytes, double size) {
-  // The scale, the size of a voxel, the scale's inverse, its square, and half the inverse; for each
-  // axis.
-  char* into = scaleIn(bytes);
-  for (const double number : {size, size, 1 / size, 1 / size / size, 0.5 / size}) {
-    for (int axis = 0; axis < 3; ++axis, into += sizeof number) {
-      std::memcpy(into, &number, sizeof number);
-    }
-  }
-}
-
 // Where the UUID of a file is: after magic number, versions and a flag.
 constexpr std::size_t kUuidAt = 21;
 constexpr std::size_t kUuidLength = 36;
@@ -68,25 +42,24 @@ struct Encoder : private openvdb::io::Archive {
 };
 
 /// The bytes of a file. The random UUID is replaced by one of the contents, so that the same grid
-/// makes the same bytes, and the transform if OpenVDB cannot make it.
-std::string bytesOf(const openvdb::GridBase::Ptr& grid, double voxelSize) {
+/// makes the same bytes.
+std::string bytesOf(const openvdb::GridBase::Ptr& grid) {
   std::ostringstream out;
   out.exceptions(std::ios::failbit | std::ios::badbit);
   Encoder::encode(out, grid);
   std::string bytes = std::move(out).str();
-  if (voxelSize < kFinestVoxel) setVoxelSize(bytes, voxelSize);
   setUuid(bytes);
   return bytes;
 }
 
 /// Starts a file that has the bytes of a grid, and adds their number to `size`.
 Result<platform::PartFile> vdbPart(const fs::path& target, const openvdb::GridBase::Ptr& grid,
-                                   double voxelSize, std::uint64_t& size) {
+                                   std::uint64_t& size) {
   auto part = platform::PartFile::create(target);
   if (!part) return part;
   std::string bytes;
   try {
-    bytes = bytesOf(grid, voxelSize);
+    bytes = bytesOf(grid);
   } catch (const std::exception& exception) {
     return fail(ErrorCode::Failed, fmt::format("OpenVDB cannot write: {}", exception.what()),
                 target.string());
@@ -98,10 +71,9 @@ Result<platform::PartFile> vdbPart(const fs::path& target, const openvdb::GridBa
 
 }  // namespace
 
-Result<std::uint64_t> writeVdb(const fs::path& path, const openvdb::GridBase::Ptr& grid,
-                               double voxelSize) {
+Result<std::uint64_t> writeVdb(const fs::path& path, const openvdb::GridBase::Ptr& grid) {
   std::uint64_t size = 0;
-  auto part = vdbPart(path, grid, voxelSize, size);
+  auto part = vdbPart(path, grid, size);
   if (!part) return part.error();
   if (auto put = platform::PartFile::putInPlace({&*part, 1}); !put) return put.error();
   return size;
@@ -175,9 +147,9 @@ VdbSeries::~VdbSeries() {
   if (madeFolder_) fs::remove(folder_, ignored);
 }
 
-Result<std::uint64_t> VdbSeries::put(const openvdb::GridBase::Ptr& grid, double voxelSize) {
+Result<std::uint64_t> VdbSeries::put(const openvdb::GridBase::Ptr& grid) {
   std::uint64_t size = 0;
-  auto part = vdbPart(folder_ / nextName(), grid, voxelSize, size);
+  auto part = vdbPart(folder_ / nextName(), grid, size);
   if (!part) return part.error();
   if (auto closed = part->close(); !closed) return closed.error();
   parts_.push_back(std::move(*part));

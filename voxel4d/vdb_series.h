@@ -15,7 +15,7 @@ namespace t4d::voxel4d {
 
 /// Writes a grid to a file; returns the bytes. Equal grids make equal bytes.
 Result<std::uint64_t> writeVdb(const std::filesystem::path& path,
-                               const openvdb::GridBase::Ptr& grid, double voxelSize);
+                               const openvdb::GridBase::Ptr& grid);
 
 /// Fails unless a .vdb file has the bytes that writeVdb wrote: its UUID is made of them.
 Result<void> checkVdbContents(const std::filesystem::path& path);
@@ -38,7 +38,7 @@ class VdbSeries {
   const std::string& nextName() const { return names_.at(parts_.size()); }
 
   /// The next frame; returns the bytes of its file.
-  Result<std::uint64_t> put(const openvdb::GridBase::Ptr& grid, double voxelSize);
+  Result<std::uint64_t> put(const openvdb::GridBase::Ptr& grid);
   Result<void> commit();
 
  private:

@@ -12,6 +12,7 @@
 #include "voxel4d/occupancy.h"
 #include "voxel4d/vdb_grid.h"
 #include "voxel4d/vdb_series.h"
+#include "voxel4d/vdb_voxel.h"
 
 namespace t4d::voxel4d {
 
@@ -96,6 +97,7 @@ Result<VoxelSeries> writeVoxelFrames(const SolidAtTime& solid, const std::vector
                                      const std::filesystem::path& folder,
                                      const model::Progress& progress,
                                      const std::function<Result<void>()>& beforeRenaming) {
+  if (auto good = checkVdbVoxel(options.voxelSize); !good) return good.error();
   const Lattice lattice{options.voxelSize, model::Point3::Zero()};
   VoxelSeries series;
   std::optional<VdbSeries> files;
@@ -114,7 +116,7 @@ Result<VoxelSeries> writeVoxelFrames(const SolidAtTime& solid, const std::vector
     grid->setCreator("t4d");
     grid->insertMeta(kTimeMetadata, openvdb::DoubleMetadata(time));
     series.files.push_back({files->nextName()});
-    auto bytes = files->put(grid, options.voxelSize);
+    auto bytes = files->put(grid);
     if (!bytes) return bytes.error();
     series.bytes += *bytes;
     series.files.back().bytes = *bytes;

@@ -194,7 +194,7 @@ Result<void> makePart(const EnvelopeOptions& options, EnvelopeReport& report, Ob
                             options.part->count),
                 passages.input.name);
   }
-  const auto fits = checkFieldMemory(*lattice, *options.part, options.memory);
+  const auto fits = checkFields(*lattice, *options.part, options.memory);
   if (!fits) return inInput(fits.error(), passages.input);
   return writeFields(options, std::move(*lattice), report, observer);
 }
@@ -213,7 +213,7 @@ Result<void> makeWhole(const EnvelopeOptions& options, EnvelopeReport& report, O
   if (options.fields.any() && !bounds.empty()) {
     auto made = fieldLattice(passages, options, how);
     if (!made) return made.error();
-    const auto fits = checkFieldMemory(*made, {}, options.memory);
+    const auto fits = checkFields(*made, {}, options.memory);
     if (!fits) return inInput(fits.error(), input);
     lattice = std::move(*made);
   }

@@ -8,6 +8,7 @@
 
 #include "model/voxel_size.h"
 #include "voxel4d/point_field.h"
+#include "voxel4d/vdb_voxel.h"
 
 namespace t4d::verbs {
 namespace {
@@ -62,7 +63,8 @@ bool VisitFieldFiles::any() const {
       kVisitFields, [&](const VisitFieldKind& kind) { return !(this->*kind.file).empty(); });
 }
 
-Result<void> checkFieldMemory(const SpaceLattice& lattice, const model::Part& part, double memory) {
+Result<void> checkFields(const SpaceLattice& lattice, const model::Part& part, double memory) {
+  if (auto good = voxel4d::checkVdbVoxel(lattice.spacing); !good) return good;
   const double bytes = measure::VisitFieldBuilder::bytesOf(latticeOfPart(lattice, part));
   if (bytes <= memory) return {};
   return model::tooMuchMemory({lattice.spacing, bytes, memory}, "the fields need",

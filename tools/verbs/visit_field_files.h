@@ -21,10 +21,10 @@ struct VisitFieldWork {
   std::function<Result<void>(model::Sink&)> put = {};
 };
 
-/// Fails if the fields of a part need more memory than that, in bytes: with
-/// Remedy::VoxelSizeOrParts.
-Result<void> checkFieldMemory(const measure::SpaceLattice& lattice, const model::Part& part,
-                              double memory);
+/// Fails if the fields of a part need more memory than that, in bytes, with
+/// Remedy::VoxelSizeOrParts, and for voxels that no .vdb has.
+Result<void> checkFields(const measure::SpaceLattice& lattice, const model::Part& part,
+                         double memory);
 
 /// Writes the fields that are asked for. Of a part, only its points are worked on.
 Result<std::vector<WrittenField>> writeVisitFields(const VisitFieldFiles& files,
