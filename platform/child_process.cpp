@@ -8,11 +8,10 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <span>
-#include <sstream>
 #include <string_view>
 #include <utility>
 
@@ -175,31 +174,12 @@ class WithoutSigpipe {
   bool wasPending_ = false;
 };
 
-/// The processor time of the processes of a group so far, and of those that they have waited for.
-double processorSecondsOf(pid_t group) {
-  long ticks = 0;
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator("/proc", error)) {
-    const std::string name = entry.path().filename();
-    if (name.find_first_not_of("0123456789") != std::string::npos) continue;
-    std::ifstream file(entry.path() / "stat");
-    std::string stat;
-    std::getline(file, stat, '\0');
-    // The name of the program, in parentheses, may have any characters.
-    std::istringstream fields(stat.substr(std::min(stat.rfind(')'), stat.size() - 1) + 1));
-    std::string skipped;
-    long parent = 0;
-    long its = 0;
-    fields >> skipped >> parent >> its;
-    if (!fields || its != group) continue;
-    for (int i = 0; i < 8; ++i) fields >> skipped;
-    for (int i = 0; i < 4; ++i) {
-      long time = 0;
-      fields >> time;
-      ticks += time;
-    }
-  }
-  return static_cast<double>(ticks) / static_cast<double>(sysconf(_SC_CLK_TCK));
+/// The processor time of a process so far, of all its threads; 0 once it has ended.
+double processorSecondsOf(pid_t process) {
+  clockid_t clock{};
+  timespec time{};
+  if (clock_getcpuclockid(process, &clock) != 0 || clock_gettime(clock, &time) != 0) return 0;
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
 bool executable(const fs::path& path) {

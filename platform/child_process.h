@@ -22,8 +22,8 @@ struct TimeLimit {
   static TimeLimit ofProcessor(double seconds);
 
   double seconds;  ///< by the clock
-  /// Limit of processor time, of the program and the processes of its group. It takes effect only
-  /// after this many seconds by the clock, since a program may use many threads.
+  /// Limit of the program's processor time, without that of other programs that it starts. It takes
+  /// effect only after this many seconds by the clock, since a program may use many threads.
   double processorSeconds = std::numeric_limits<double>::infinity();
 };
 

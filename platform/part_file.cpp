@@ -114,14 +114,11 @@ Result<PartFile> PartFile::create(const fs::path& target) {
   struct stat there {};
   const bool exists = ::stat(target.c_str(), &there) == 0;
   if (!exists && errno != ENOENT) return ioError(target, "open for writing");  // a loop of links
-  if (exists && S_ISDIR(there.st_mode)) {
-    return fail(ErrorCode::Failed, "is a folder; name a file in it", target.string());
-  }
   if (exists && isStandardOutput(there)) {
     return fail(ErrorCode::Failed, "is the standard output, where the report goes; name a file",
                 target.string());
   }
-  if (exists && !S_ISREG(there.st_mode)) {
+  if (exists && !S_ISREG(there.st_mode) && !S_ISDIR(there.st_mode)) {
     file.descriptor_ = Descriptor(::open(target.c_str(), O_WRONLY | O_CLOEXEC));
     if (!file.descriptor_) return ioError(target, "open for writing");
     return file;
@@ -168,7 +165,6 @@ PartFile& PartFile::operator=(PartFile&& other) noexcept {
   part_ = std::exchange(other.part_, {});
   descriptor_ = std::move(other.descriptor_);
   note_ = std::move(other.note_);
-  state_ = std::exchange(other.state_, State::Part);
   return *this;
 }
 
@@ -189,32 +185,12 @@ Result<void> PartFile::close() {
 
 Result<void> PartFile::checkTarget() const {
   struct stat there {};
-  if (::stat(target_.c_str(), &there) != 0 || !isInput(there)) return {};
-  return fail(ErrorCode::Options, "is an input of this run; name another output", target_.string());
-}
-
-Result<void> PartFile::place(bool keepOld) {
-  struct stat old {};
-  const bool replaces = ::lstat(target_.c_str(), &old) == 0;
-  if (keepOld && replaces && !S_ISDIR(old.st_mode)) {
-    if (::renameat2(AT_FDCWD, part_.c_str(), AT_FDCWD, target_.c_str(), RENAME_EXCHANGE) == 0) {
-      state_ = State::Exchanged;
-      return {};
-    }
-    if (errno != EINVAL && errno != ENOSYS) return ioError(target_, "put in place");
+  if (::stat(target_.c_str(), &there) != 0) return {};
+  if (S_ISDIR(there.st_mode)) {
+    return fail(ErrorCode::Failed, "is a folder; name a file in it", target_);
   }
-  if (::rename(part_.c_str(), target_.c_str()) != 0) return ioError(target_, "put in place");
-  if (!replaces) state_ = State::Placed;
-  return {};
-}
-
-void PartFile::undo() noexcept {
-  if (state_ == State::Exchanged) {
-    ::renameat2(AT_FDCWD, target_.c_str(), AT_FDCWD, part_.c_str(), RENAME_EXCHANGE);
-  } else if (state_ == State::Placed) {
-    ::rename(target_.c_str(), part_.c_str());
-  }
-  state_ = State::Part;
+  if (!isInput(there)) return {};
+  return fail(ErrorCode::Options, "is an input of this run; name another output", target_);
 }
 
 Result<void> PartFile::putInPlace(std::span<PartFile> parts) {
@@ -227,18 +203,13 @@ Result<void> PartFile::putInPlace(std::span<PartFile> parts) {
     // It stays locked until it has its name.
     if (part.descriptor_ && !sync(part.descriptor_.number())) return ioError(part.target_, "write");
   }
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    if (parts[i].isDirect()) continue;
-    auto placed = parts[i].place(parts.size() > 1);
-    if (placed) continue;
-    while (i-- > 0) parts[i].undo();
-    return placed;
-  }
   fs::path target;
   for (PartFile& part : parts) {
     if (part.isDirect()) continue;
+    if (::rename(part.part_.c_str(), part.target_.c_str()) != 0) {
+      return ioError(part.target_, "put in place");
+    }
     target = part.target_;
-    if (part.state_ == State::Exchanged) ::unlink(part.part_.c_str());  // the old contents
     part.note_.release();
     part.part_.clear();
     part.descriptor_.close();

@@ -40,29 +40,22 @@ class PartFile {
   /// process can have open: this one is no longer locked.
   Result<void> close();
 
-  /// Renames files of one folder to their targets, when they are on disk. If one cannot be renamed,
-  /// targets that were already replaced get their old contents back (on file systems that can
-  /// exchange two files), and all parts stay parts. Waits until the names are on disk, too, so that
-  /// a crash of the machine leaves no file without content. Fails if a target has become an input
-  /// of the run.
+  /// Renames files of one folder to their targets, when all of them are on disk, and waits until
+  /// the names are on disk, too, so that a crash of the machine leaves no file without content.
+  /// Fails before the first is renamed if a target has become a folder or an input of the run.
   static Result<void> putInPlace(std::span<PartFile> parts);
 
   void remove() noexcept;
 
  private:
-  enum class State : char { Part, Placed, Exchanged };
-
   bool isDirect() const { return part_.empty(); }
   Result<void> createPart();
   Result<void> checkTarget() const;
-  Result<void> place(bool keepOld);
-  void undo() noexcept;
 
   std::filesystem::path target_;
   std::filesystem::path part_;  // none if the target is written to directly
   Descriptor descriptor_;
   Cleanup note_;
-  State state_ = State::Part;
 };
 
 }  // namespace t4d::platform

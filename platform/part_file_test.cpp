@@ -77,7 +77,7 @@ TEST_F(PartFiles, StayWhereTheyCannotBePut) {
   EXPECT_EQ(files(), 1);
 }
 
-TEST_F(PartFiles, AllReplaceTheOldFilesOrNoneDoes) {
+TEST_F(PartFiles, OfWhichOneCannotBePutReplaceNoOldFile) {
   folder_.write("a", "old a");
   {
     std::array parts = {write("a", "new a"), write("b", "new b"), write("c", "new c")};
