@@ -365,7 +365,7 @@ class Sweeper {
   }
 
   Result<void> noteCrossing([[maybe_unused]] const Slab& slab) {
-#ifdef T4D_WITH_TETGEN
+#ifdef T4D_WITH_CGAL
     report_.soughtCrossings = true;
     const auto crossing = crossingOf(mesh_, slab);
     if (!crossing) return crossing.error();

@@ -128,9 +128,11 @@ constexpr char kIntersects = 'i';
 constexpr char kRefused = 'r';
 
 std::string fillHere(const model::TriangleMesh& mesh) {
+#ifdef T4D_WITH_CGAL
   if (auto checked = checkNoSelfIntersection(mesh); !checked) {
     return kIntersects + checked.error().message;
   }
+#endif
   tetgenio in;
   tetgenio out;
   describe(mesh, in);

@@ -79,22 +79,6 @@ TEST(TetGenCap, FillsAPowerOfTwoTimesASolidAlike) {
   }
 }
 
-TEST(TetGenCap, ManyCrossingsAreNotAllSearched) {
-  // Each of the cubes crosses all others: four million pairs and more.
-  model::TriangleMesh mesh;
-  const model::TriangleMesh cube = fixtures::cube(2);
-  for (std::uint32_t i = 0; i < 1000; ++i) {
-    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-    for (const model::Point3& vertex : cube.vertices) {
-      mesh.vertices.push_back(vertex + i * model::Point3(1e-4, 2e-4, 3e-4));
-    }
-    for (const auto& [a, b, c] : cube.triangles) {
-      mesh.triangles.push_back({a + first, b + first, c + first});
-    }
-  }
-  EXPECT_NE(errorOf(mesh).message.find("at least 1000 pairs"), std::string::npos);
-}
-
 TEST(TetGenCap, LargeSolidsHaveTheMemoryThatTheyNeed) {
   const auto cap = fillSolid(fixtures::torus(10, 3, 250, 100), CapMethod::TetGen);
   EXPECT_TRUE(cap) << cap.error().text();
@@ -113,36 +97,6 @@ TEST(TetGenCap, CavityStaysEmpty) {
   cells.vertexCount = 16 + static_cast<std::uint32_t>(cap->inner.size());
   cells.cells = cap->cells;
   EXPECT_EQ(facetTopology(cells).unmatched.size(), 24U);
-}
-
-TEST(TetGenCap, SelfIntersectionNamesTrianglesAndTheWayOut) {
-  model::TriangleMesh mesh = fixtures::cube(2);
-  const model::TriangleMesh other = fixtures::cube(2);
-  for (const model::Point3& vertex : other.vertices) {
-    mesh.vertices.push_back(vertex + model::Point3(0.5, 0.6, 0.7));
-  }
-  for (const auto& [a, b, c] : other.triangles) mesh.triangles.push_back({a + 8, b + 8, c + 8});
-  const Error refusal = errorOf(mesh);
-  EXPECT_NE(refusal.message.find("pairs of triangles"), std::string::npos) << refusal.message;
-  EXPECT_EQ(refusal.remedy, Remedy::ConeCaps);
-  SweepOptions cone;
-  cone.caps = CapMethod::Cone;
-  model::Mesh swept;
-  ASSERT_TRUE(sweep(mesh, turnAbout(Eigen::Vector3d::UnitX(), 10), cone, swept));
-  EXPECT_TRUE(measure::checkMesh(swept)->valid());
-}
-
-TEST(TetGenCap, TriangleWithoutAreaIsNamed) {
-  // A box whose top edge is split on one side only, by a triangle of no area on the other.
-  model::TriangleMesh mesh = fixtures::cube(2);
-  const auto [a, b, c] = mesh.triangles[0];
-  const auto middle = static_cast<std::uint32_t>(mesh.vertices.size());
-  mesh.vertices.push_back(0.5 * (mesh.vertices[a] + mesh.vertices[b]));
-  mesh.triangles[0] = {a, middle, c};
-  mesh.triangles.push_back({middle, b, c});
-  mesh.triangles.push_back({a, b, middle});
-  EXPECT_NE(errorOf(mesh).message.find("1 triangles have no area (counted from 0: 13)"),
-            std::string::npos);
 }
 
 TEST(TetGenCap, InsideOutComponentIsRefused) {

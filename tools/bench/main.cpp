@@ -106,7 +106,7 @@ Result<bench::Report> measure(const Options& options) {
   }
   const auto motion = paperScrew();
   if (!motion) return motion.error();
-#if T4D_WITH_TETGEN
+#if T4D_WITH_CGAL
   if (options.backend == "collide") {
     auto measured = bench::measureCollidedMeshes(solid, *motion, kPaperMinVolumeRatio, report);
     if (!measured) return measured.error();
@@ -141,7 +141,7 @@ int main(int argc, char** argv) try {
          "this is) or simplify (against meshoptimizer, where this is)")
       ->check(CLI::IsMember(std::vector<std::string> {
         "mesh4d", "voxel4d", "track",
-#if T4D_WITH_TETGEN
+#if T4D_WITH_CGAL
             "collide",
 #endif
 #if T4D_WITH_FCL
