@@ -1,9 +1,9 @@
-# Each component links what its row in README.md says, with what that needs, and nothing else.
+# Each component links what its row in docs/library.md says, with what that needs, and nothing else.
 # Programs that hold all of `slice` and of `measure` show that these call nothing else either.
 cmake_minimum_required(VERSION 3.25)
 include(${settings})
 start()
-file(READ ${t4d_source}/README.md readme)
+file(READ ${t4d_source}/docs/library.md page)
 set(libraries
   "Eigen=Eigen3::Eigen" "TetGen=TetGen::TetGen" "CGAL=CGAL" "oneTBB=TBB::tbb"
   "OpenVDB=OpenVDB::openvdb" "zlib=ZLIB::ZLIB" "ISA-L=ISAL::ISAL"
@@ -15,8 +15,8 @@ set(with_rows ${components})
 list(REMOVE_ITEM with_rows platform fixtures)
 
 foreach(component IN LISTS with_rows)
-  if(NOT readme MATCHES "\n[|] `t4d::${component}` [|][^|]*[|]([^|]*)[|]")
-    message(FATAL_ERROR "README.md has no row of t4d::${component}")
+  if(NOT page MATCHES "\n[|] `t4d::${component}` [|][^|]*[|]([^|]*)[|]")
+    message(FATAL_ERROR "docs/library.md has no row of t4d::${component}")
   endif()
   set(needs "${CMAKE_MATCH_1}")
   set(allowed fmt::fmt t4d::model t4d::platform t4d::fixtures ${allowed_of_model})
@@ -39,7 +39,7 @@ foreach(component IN LISTS with_rows)
   list(REMOVE_ITEM links INTERFACE_LINK_LIBRARIES LINK_ONLY)
   foreach(link IN LISTS links)
     if(NOT link IN_LIST allowed)
-      message(FATAL_ERROR "t4d::${component} links ${link}, which README.md does not say")
+      message(FATAL_ERROR "t4d::${component} links ${link}, which docs/library.md does not say")
     endif()
   endforeach()
 endforeach()

@@ -88,12 +88,12 @@ const shell = (command, cwd, env = {}) => spawnSync('sh', ['-c', command], {
   env: { ...process.env, PATH: `${build}:/usr/bin:${process.env.PATH}`, ...env },
 });
 
-// The table of verbs in the README: [{verb, page, command}].
-const program = read('README.md').match(/^## The program$[^]*?(?=^## )/m)[0];
+// The table of verbs: [{verb, page, command}].
+const program = read('docs/README.md').match(/^## The program$[^]*?(?=^## )/m)[0];
 const rows = [...program.matchAll(/^\| \[?(\w+)(?:\]\((.*?)\))? \|.*\| `(t4d .*)` \|$/gm)]
-  .map(([, verb, link, command]) => ({ verb, page: link?.split('#')[0], command }));
+  .map(([, verb, link, command]) => ({ verb, page: link && `docs/${link.split('#')[0]}`, command }));
 
-test('README.md has the verbs of --help in its order, and their commands run', async (t) => {
+test('docs/README.md has the verbs of --help in its order, and their commands run', async (t) => {
   const verbs = t4dRaw('--help').stdout.match(/^Subcommands:\n((?: .*\n)*)/m)[1];
   assert.deepEqual(rows.map(({ verb }) => verb),
     [...verbs.matchAll(/^ {2}(\w+)/gm)].map(([, verb]) => verb));
@@ -122,8 +122,8 @@ test('README.md has the verbs of --help in its order, and their commands run', a
   }
 });
 
-// In the order of the README: later pages use the files of earlier ones.
-for (const page of [...new Set(rows.map((row) => row.page).filter(Boolean)), 'docs/usd.md',
+// In the order of the table: later pages use the files of earlier ones.
+for (const page of ['README.md', ...new Set(rows.map((row) => row.page).filter(Boolean)), 'docs/usd.md',
   'docs/motion.md', 'docs/mechanism.md']) {
   test(`examples of ${page}`, async (t) => {
     const examples = examplesOf(page);
