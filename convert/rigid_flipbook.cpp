@@ -83,7 +83,7 @@ class RigidSink : public PrismSteps {
     return {};
   }
 
-  /// Of the last step.
+  /// The distance of the last step.
   double chordDistance() const {
     const auto& layers = motion_.layers;
     const Eigen::Matrix3d from = layers[layers.size() - 2].pose.leftCols<3>();

@@ -82,7 +82,7 @@ std::size_t dropStrayOnce(TriangleMesh& mesh) {
   std::ranges::sort(all, [](const Part& a, const Part& b) {
     return std::tie(a.area, a.root) < std::tie(b.area, b.root);
   });
-  // Of parts that end at the same edge, only the smallest at a time.
+  // Only the smallest of the parts that end at the same edge goes at a time.
   std::vector<bool> taken(edges.edges.size());
   std::vector<bool> stray(mesh.triangles.size());
   for (const Part& part : all) {

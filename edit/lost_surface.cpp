@@ -63,7 +63,7 @@ class Losses {
 
 LostSurface lostSurface(const TriangleMesh& before, const TriangleMesh& after, double tolerance) {
   const Losses losses(after, tolerance);
-  // Of triangles with the same corners, one.
+  // One of the triangles with the same corners is kept.
   std::vector<Triangle> triangles = before.triangles;
   for (Triangle& triangle : triangles) std::ranges::sort(triangle);
   std::ranges::sort(triangles);

@@ -71,7 +71,7 @@ Result<void> closeAndSeparate(TriangleMesh& mesh, VertexLineage& lineage,
 /// The last resort.
 Result<void> remesh(TriangleMesh& mesh, double voxelSize, const model::UnitScale& scale,
                     Changes& changes, const model::Progress& progress) {
-  // Of an open surface the sign is that of its cone from the middle.
+  // The sign of an open surface is that of its cone from the middle.
   if (signedVolume(mesh) < 0) {
     for (Triangle& triangle : mesh.triangles) reverse(triangle);
     note(changes, SurfaceFault::InsideOut, 1, "turned the surface outward");

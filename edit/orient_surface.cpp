@@ -162,7 +162,7 @@ int depthOf(const TriangleMesh& mesh, const Component& component,
     const auto& [a, b, c] = mesh.triangles[triangle];
     const Point3 middle = (mesh.vertices[a] + mesh.vertices[b] + mesh.vertices[c]) / 3;
     const double depth = winding.at(middle) - own.at(middle);
-    // In between, where other components have a triangle at this place, too.
+    // It is in between where other components have a triangle at this place, too.
     constexpr double kSure = 0.25;
     if (!(std::abs(depth - std::round(depth)) < kSure)) continue;
     depths.emplace_back(static_cast<int>(std::lround(depth)), areaOf(mesh, triangle));

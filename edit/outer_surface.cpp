@@ -54,7 +54,7 @@ int axisOf(const Exact::Plane_3& plane) {
                                         std::abs(CGAL::to_double(plane.c()))};
   const auto largest = std::ranges::max_element(normal);
   if (std::isnormal(*largest)) return static_cast<int>(largest - normal.begin());
-  // Of a tiny or huge triangle, beyond the range of doubles.
+  // The normal of a tiny or huge triangle is beyond the range of doubles.
   const std::array exact = {CGAL::abs(plane.a()), CGAL::abs(plane.b()), CGAL::abs(plane.c())};
   return static_cast<int>(std::ranges::max_element(exact) - exact.begin());
 }
@@ -87,7 +87,7 @@ class ExactVertices {
 
   const ExactPoint& operator[](std::uint32_t id) const { return *points_[id]; }
 
-  /// Also of an input vertex that nothing asked for before.
+  /// The point of any vertex, also of an input vertex that nothing asked for before.
   ExactPoint at(std::uint32_t id) const {
     if (points_[id]) return *points_[id];
     const Point3& p = mesh_.vertices[id];

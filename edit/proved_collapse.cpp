@@ -68,7 +68,7 @@ std::vector<Cell> someOf(const std::vector<Cell>& cells,
 /// have not in common is looked at.
 class NearnessProof {
  public:
-  /// All of the patch given is near enough.
+  /// The whole of the patch given must be near enough.
   NearnessProof(const Patch& given, const Original& original, const SliceBound& toOriginal,
                 double maxError)
       : original_(original),

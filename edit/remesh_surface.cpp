@@ -37,7 +37,7 @@ class Remesher {
       : winding_(mesh), tree_(mesh), givenStep_(step) {
     lattice_.spacing = scale.toUnit(step);
     const model::Bounds3 bounds = boundsOf(mesh);
-    // Not at round numbers, so that faces of a mesh seldom lie in a plane of the lattice.
+    // The origin is no round number, so that faces of a mesh seldom lie in a plane of the lattice.
     const Point3 origin = bounds.min - lattice_.spacing * Point3(0.7312, 0.6171, 0.5689);
     for (int axis = 0; axis < 3; ++axis) {
       const double steps = (bounds.max[axis] - bounds.min[axis]) / lattice_.spacing;

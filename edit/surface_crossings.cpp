@@ -182,7 +182,7 @@ std::vector<Pair> pairsOf(const Parts& parts, std::size_t part, const PairTest& 
       if (pairs.size() == most) throw Enough();
     });
   } catch (const Enough&) {
-    // As many as were asked for.
+    // These are as many as were asked for.
   }
   return pairs;
 }

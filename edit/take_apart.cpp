@@ -151,7 +151,7 @@ Surroundings surroundingsOf(const TriangleMesh& mesh, const Copy& copy) {
   for (const std::uint32_t triangle : copy.triangles) {
     for (const std::uint32_t corner : mesh.triangles[triangle]) bounds.add(mesh.vertices[corner]);
   }
-  // As far as the copy can go, twice for rounding.
+  // The copy can go half as far, at most; the rest is for rounding.
   const Point3 reach = Point3::Constant(2 * copy.step);
   Surroundings result;
   for (const Triangle& triangle : mesh.triangles) {

@@ -7,7 +7,7 @@
 namespace t4d::edit {
 namespace {
 
-/// Of edges that change the shape as little, the shorter goes first.
+/// The shorter of edges that change the shape as little goes first.
 constexpr double kLengthCost = 1e-6;
 
 /// Normals that cancel to less than this part of the star leave no direction to move in.

@@ -478,7 +478,7 @@ Result<void> checkReach(const TriangleMesh& mesh, const model::Motion& motion) {
   }
   for (std::size_t i = 0; i < motion.segments.size(); ++i) {
     const model::Segment& segment = motion.segments[i];
-    // Both ends, and eighths of the first turn.
+    // The places are both ends, and eighths of the first turn.
     const double eighth = 45 / std::max(45.0, std::abs(segment.screw.angleDegrees));
     double reach = std::max(segment.start(middle).norm(), segment.end(middle).norm());
     for (int k = 1; k <= 8 && segment.screw.angleDegrees != 0; ++k) {

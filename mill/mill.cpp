@@ -408,7 +408,7 @@ Result<MillReport> mill(const TriangleMesh& stock, std::span<const Tool> tools,
   // A cap, the slabs between frames, a cap.
   report.stockVolume = volumes.front().entries - volumes.front().exits;
   for (std::size_t i = 1; i < report.progress.size(); ++i) {
-    // Not below zero by rounding where nothing was cut.
+    // Rounding must not make it negative where nothing was cut.
     report.removedVolume += std::max(0.0, volumes[i].exits - volumes[i].entries);
     report.returnedVolume += volumes[i].entries;
     report.progress[i].removedVolume = report.removedVolume;

@@ -34,7 +34,7 @@ struct Tool {
 /// "shank", "shank of T2"; "tool", "tool T2".
 std::string partOfTool(const std::string& part, int number);
 
-/// From this time on a tool, of those given, moves with the spindle, or none.
+/// Which of the tools given moves with the spindle from this time on, or none.
 struct Mounting {
   double time = 0;
   std::optional<std::size_t> tool = {};

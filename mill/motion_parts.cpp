@@ -95,7 +95,7 @@ class Parts {
     if (!(from < to)) return {};
     const double middle = std::floor((first + last) / 2);
     const Point3 center = segment_->at(fraction(timeAt(middle))).translation;
-    // From the middle to either end, with what rounding adds.
+    // This is the way from the middle to either end, with what rounding adds.
     constexpr double kRounding = 1e-12;
     const double farthest = (last - middle) / count_ * way_;
     const double rounding = rounding_ + kRounding * (center.cwiseAbs().maxCoeff() + way_ + reach_);

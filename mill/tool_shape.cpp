@@ -21,7 +21,7 @@ constexpr double kQuarter = std::numbers::pi / 2;
 /// The number of chords of an arc that stay within the tolerance; at least `least`.
 double chordsOf(double radius, double angle, double tolerance, double least) {
   if (!(tolerance < radius)) return least;
-  // Of an angle, 1 - cos is twice the square of the sine of its half.
+  // 1 - cos of an angle is twice the square of the sine of its half.
   const double step = 4 * std::asin(std::sqrt(tolerance / (2 * radius)));
   return std::max(least, std::ceil(angle / step));
 }
@@ -30,7 +30,7 @@ double chordsAround(double radius, double tolerance) {
   return chordsOf(radius, 2 * std::numbers::pi, tolerance, 8);
 }
 
-/// Of an arc of a profile, of at most a quarter.
+/// The number of chords of an arc of a profile, which is at most a quarter.
 double chordsInProfile(double radius, double radians, double tolerance) {
   return chordsOf(radius, radians, tolerance, 2);
 }

@@ -103,7 +103,7 @@ void ExactSum::addProduct(const std::array<double, 4>& factors, bool subtract) {
   }
   const UInt128 low = UInt128{parts[0].mantissa} * parts[1].mantissa;  // below 2^106
   const UInt128 high = UInt128{parts[2].mantissa} * parts[3].mantissa;
-  // In words of 64 bits.
+  // The product is that of words of 64 bits.
   const auto word = [](UInt128 value) { return static_cast<std::uint64_t>(value); };
   const UInt128 p00 = UInt128{word(low)} * word(high);
   const UInt128 p01 = UInt128{word(low)} * word(high >> 64);

@@ -23,7 +23,7 @@ class ExactSum {
     explicit Factor(double value) { add(value); }
     static Factor difference(double a, double b);
 
-    /// At most twelve nonzero doubles per factor.
+    /// A factor takes at most twelve nonzero doubles.
     void add(double value) {
       if (value != 0) parts_[count_++] = value;
     }

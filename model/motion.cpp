@@ -244,7 +244,7 @@ Result<Motion> joinPoses(std::span<const KeyPose> poses) {
 std::string noticeOfHalfTurns(std::span<const HalfTurn> turns) {
   if (turns.empty()) return {};
   const HalfTurn& first = turns.front();
-  // Without the noise, and without -0.
+  // Rounding takes away the noise, and adding 0 takes away -0.
   const Eigen::Vector3d axis = (1e4 * first.axis).array().round() / 1e4 + 0.0;
   const std::string where = turns.size() == 1 ? first.between + " are"
                                               : fmt::format("{} pairs of poses, the first {}, are",

@@ -175,7 +175,7 @@ class PerThread {
     if (!own) own = std::make_unique<Value>(make_());
     return *own;
   }
-  /// Of all threads, in any order.
+  /// Calls use(value) for the value of each thread, in any order.
   template <class Use>
   void each(const Use& use) const {
     for (const auto& [thread, value] : values_) use(*value);

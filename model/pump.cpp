@@ -10,7 +10,7 @@ namespace {
 
 /// One thread reads, another puts.
 constexpr std::size_t kFewSlabs = 2;
-/// Of a slab that has many, whatever its cells.
+/// A slab with more vertices is large, whatever its cells.
 constexpr std::size_t kManyVertices = std::size_t{1} << 20;
 
 std::size_t atOnceOf(const Source& source) {

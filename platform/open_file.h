@@ -21,9 +21,9 @@ class OpenFile {
   static Result<OpenFile> openRegular(const std::filesystem::path& path,
                                       const char* notRegular = "is not a regular file");
 
-  /// As messages name it.
+  /// Its name in messages.
   const std::string& name() const { return name_; }
-  /// In bytes, when it was opened; 0 for what has no size.
+  /// Its bytes when it was opened; 0 for what has no size.
   std::uint64_t size() const { return size_; }
   /// Differs between two contents of a name: made of the file's number, size and time of change.
   const std::string& version() const { return version_; }
@@ -34,7 +34,7 @@ class OpenFile {
   /// Sets `into` to the bytes from `offset` on. Returns how many there are: fewer only at the end.
   /// Safe to call from several threads at once.
   Result<std::size_t> readAt(std::uint64_t offset, std::span<std::byte> into) const;
-  /// From where `read` goes on.
+  /// Sets where `read` goes on.
   void seek(std::uint64_t offset);
 
  private:

@@ -51,7 +51,7 @@ LightSurface surfaceOf(Prisms prisms, std::uint32_t lowerCount) {
   return surface;
 }
 
-/// Both have one row for each triangle, or vertex, of the slice.
+/// The attribute of the slice: it has one row for each triangle, or vertex.
 Attribute ofTriangles(const Attribute& of, const Prisms& prisms, std::vector<std::string>& losses) {
   Attribute carried{of.name, of.domain, of.type, of.components, {}};
   const std::size_t bytes = of.rowBytes();

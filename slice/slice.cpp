@@ -88,7 +88,7 @@ class Slicer::Impl {
       if (!rightHanded) std::swap(triangles[i][1], triangles[i][2]);
     }
     if (!cut.triangles.empty()) carryAttributes(made, added);
-    // Of a slice at a time, which one slab gives.
+    // A slice at a time has the motion of the one slab that gives it.
     if (slice_.motion) slice_.motion = std::move(made.motion);
   }
 

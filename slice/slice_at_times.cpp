@@ -40,7 +40,7 @@ class LastSlabKept : public model::Source, public model::GroupedSource {
 
 std::vector<Result<Slice>> sliceAtTimes(const model::Source& source, std::span<const double> times,
                                         const model::Progress& progress, WithMotion withMotion) {
-  // In time order, so that times within one slab are consecutive.
+  // They are taken in time order, so that times within one slab are consecutive.
   std::vector<std::size_t> order(times.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   const auto key = [&](std::size_t i) {

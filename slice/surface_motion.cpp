@@ -11,7 +11,7 @@ using model::Point4;
 using model::Slab;
 
 double speedOf(const Cell& cell, std::span<const Point4> vertices) {
-  // As long as 1 in some coordinate each, so that no product of them is out of range.
+  // Each is made as long as 1 in some coordinate, so that no product of them is out of range.
   const auto edgeTo = [&](std::size_t i) -> Point4 {
     const Point4 edge = vertices[cell[i]] - vertices[cell[0]];
     return edge / edge.cwiseAbs().maxCoeff();
@@ -21,7 +21,7 @@ double speedOf(const Cell& cell, std::span<const Point4> vertices) {
   return inSpace > 0 ? -normal[3] / inSpace : 0;  // without it, the section has no area
 }
 
-/// Of each vertex of the slab.
+/// The velocity of each vertex of the slab.
 std::vector<Point3> vertexVelocities(const Slab& slab) {
   const model::Connectivity& connectivity = *slab.connectivity;
   std::vector<Point3> of(connectivity.vertexCount);

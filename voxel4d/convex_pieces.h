@@ -9,7 +9,7 @@
 /// Convex polygons of the plane, cut along segments.
 namespace t4d::voxel4d {
 
-/// Its corners, counter-clockwise.
+/// A polygon is its corners, counter-clockwise.
 using ConvexPolygon = std::vector<Eigen::Vector2d>;
 
 struct PlaneSegment {

@@ -10,7 +10,7 @@
 #include "t4d/surface.h"
 
 /// Integer coordinates, in which it is decided exactly what triangle a line along an axis crosses.
-/// For the sources of this folder only.
+/// Only the sources of this folder include it.
 namespace t4d::voxel4d {
 
 __extension__ typedef __int128 Int128;  // NOLINT(modernize-use-using)
@@ -21,7 +21,7 @@ using FixedPoint = std::array<std::int64_t, 3>;
 
 class FixedScale {
  public:
-  /// For points in voxels.
+  /// The points are in voxels.
   FixedScale(std::span<const model::Point3> points, std::span<const model::Triangle> triangles) {
     for (const model::Triangle& triangle : triangles) {
       for (const std::uint32_t vertex : triangle) {

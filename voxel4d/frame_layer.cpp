@@ -297,7 +297,7 @@ Result<void> FrameLayer::keepFractions(std::size_t largeFrame) {
 
 void FrameLayer::vertices(std::uint32_t first, std::span<model::Point4> into) const {
   if (into.empty()) return;
-  // Of a large frame, the fractions of all blocks that have some of these vertices.
+  // A large frame gives the fractions of all blocks that have some of these vertices.
   std::vector<double> read;
   std::span<const double> fractions = fractions_;
   std::uint32_t firstFraction = 0;

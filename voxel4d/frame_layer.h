@@ -183,7 +183,7 @@ inline double crossing(double a, double b) {
 /// numbers with fewer digits take less space in a file.
 class CrossingGrid {
  public:
-  /// For edges of this length, which is not negative.
+  /// The edges have this length, which is not negative.
   explicit CrossingGrid(double length) {
     if (!(length > 0)) return;
     step_ = std::ldexp(1, std::ilogb(length) - kBits);

@@ -14,7 +14,7 @@ using Piece = FrameParts::Piece;
 
 constexpr std::uint64_t kFirstZ = 0x0101010101010101U;  // bits with z = 0
 
-/// Of these points, those that are connected with the first.
+/// Those of the points that are connected with the first.
 BlockMask connected(const BlockMask& points) {
   BlockMask found{};
   std::size_t first = 0;

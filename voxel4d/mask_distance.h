@@ -22,7 +22,7 @@ class FaceMetric {
   /// one includes the other, and is nearer.
   static constexpr float kMost = static_cast<float>(kReach) + 0.5F;
 
-  /// Of voxels with these edge lengths, in any unit.
+  /// The voxels have these edge lengths, in any unit.
   explicit FaceMetric(const std::array<double, 3>& edges);
 
  private:

@@ -16,7 +16,7 @@ struct PatternPatches {
   int classCount = 0;
 };
 
-/// By exact integer arithmetic.
+/// Computes the patches by exact integer arithmetic.
 PatternPatches computePatternPatches();
 
 }  // namespace t4d::voxel4d

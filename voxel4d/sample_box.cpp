@@ -283,7 +283,7 @@ class BlockRow {
     }
   }
 
-  /// Of all samples so far.
+  /// The least and the largest of all samples so far.
   Key least() const { return least_; }
   Key largest() const { return largest_; }
 
@@ -334,7 +334,7 @@ class BlockRow {
     return true;
   }
 
-  /// As flagAll, where some samples are no data.
+  /// Does what flagAll does where some samples are no data.
   bool flagData(const std::byte* row) {
     bool any = false;
     for (std::size_t i = 0; i < count_; ++i) {

@@ -61,7 +61,7 @@ class SampleField {
   /// `outside`: the field at points that are not in the box, or whose samples are no data.
   SampleField(const SampleBox& box, const SampleRule& rule, double outside);
 
-  /// At a point of a block, by its index in the order of BlockMask.
+  /// The sample at a point of a block, by its index in the order of BlockMask.
   double at(const Coord& block, unsigned index) const {
     const std::array<std::int64_t, 3> point = {
         std::int64_t{block.x} * kBlockSize + (index >> 6U),

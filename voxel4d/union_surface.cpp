@@ -144,7 +144,7 @@ class Surface {
       const auto& [weights, up] = *crossed;
       const double height = weights[0] * points_[t[0]][w] + weights[1] * points_[t[1]][w] +
                             weights[2] * points_[t[2]][w] - place[w];
-      // As far as planes within the tolerance can be apart along the axis.
+      // Planes within the tolerance can be so far apart along the axis.
       if (std::abs(height) <= 4 * tolerance_) {
         through += up ? 1 : -1;
       } else if (height > 0) {

@@ -33,7 +33,7 @@ class VdbFile {
   /// once.
   static Result<std::unique_ptr<VdbFile>> open(const std::filesystem::path& path);
 
-  /// In file order.
+  /// The grids in file order.
   std::span<const Entry> grids() const { return entries_; }
 
   /// The grid, with the background outside the region if one is given.

@@ -45,7 +45,7 @@ class VdbStream {
  public:
   VdbStream(std::istream& stream, std::int64_t end) : stream_(stream), end_(end) {}
 
-  /// For OpenVDB functions that read data which has been checked.
+  /// OpenVDB reads from it what has been checked.
   std::istream& stream() { return stream_; }
   std::int64_t position() const { return stream_.tellg(); }
   std::int64_t left() const { return end_ - position(); }

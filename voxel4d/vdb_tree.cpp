@@ -159,7 +159,7 @@ class TreeReader {
   /// Reads where the values of a leaf node are active; the values follow after all nodes.
   std::unique_ptr<Leaf> readLeaf(const openvdb::Coord& corner) {
     const auto active = takeLeafMask();
-    // Without memory for values, which are all read later.
+    // It has no memory for values, which are all read later.
     auto leaf = std::make_unique<Leaf>(openvdb::PartialCreate(), corner, valueOf(background_));
     for (auto on = active.beginOn(); on; ++on) leaf->setActiveState(on.pos(), true);
     leaves_.push_back(leaf.get());

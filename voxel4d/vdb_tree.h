@@ -21,7 +21,7 @@ struct VdbCoding {
 
 /// Which part of a tree is read, and how.
 struct VdbTreeOptions {
-  /// From how many bytes of values of leaf nodes on they are put into a file.
+  /// The values of leaf nodes are put into a file if they have this many bytes or more.
   std::size_t largeTree = kLargeFrame;
   /// Outside is the background, inactive; values there are not kept in memory.
   std::optional<openvdb::CoordBBox> region = {};

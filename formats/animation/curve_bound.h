@@ -12,7 +12,7 @@ struct CurveBound {
   friend CurveBound operator+(const CurveBound& a, const CurveBound& b) {
     return {a.value + b.value, a.first + b.first, a.second + b.second};
   }
-  /// Of a product, by Leibniz's rule.
+  /// The bound of a product, by Leibniz's rule.
   friend CurveBound operator*(const CurveBound& a, const CurveBound& b) {
     return {a.value * b.value, a.first * b.value + a.value * b.first,
             a.second * b.value + 2 * a.first * b.first + a.value * b.second};

@@ -29,7 +29,7 @@ class PointCache {
   const std::string& name() const { return source_->name(); }
   std::uint64_t pointCount() const { return layout_.points; }
   std::uint64_t sampleCount() const { return layout_.samples; }
-  /// As the file gives them, in its own unit.
+  /// Times as the file gives them, in its own unit.
   const std::vector<double>& times() const { return times_; }
 
   /// Reads one sample. Coordinates that are not finite are an error.

@@ -55,7 +55,7 @@ struct GltfHierarchy {
   Eigen::Affine3d world(int index, double time, GltfCurve::Side side) const;
   /// Whether the node and all above it are visible (KHR_node_visibility).
   bool isVisible(int index, double time, GltfCurve::Side side) const;
-  /// Of the place in the scene of a point that moves within a node's coordinates.
+  /// The bound for the place in the scene of a point that moves within a node's coordinates.
   CurveBound bound(int index, CurveBound point, double begin, double end) const;
 };
 

@@ -108,7 +108,7 @@ std::uint64_t FlipbookWriter::State::mostBytes(std::span<const NamedMesh> meshes
   return bytes;
 }
 
-/// Of a frame in the document, at most.
+/// The most bytes of a frame in the document.
 std::uint64_t FlipbookWriter::State::mostJsonBytes(std::span<const NamedMesh> meshes) const {
   std::uint64_t bytes = 2048;  // its node, channel, sampler and times
   for (const NamedMesh& named : meshes) {

@@ -32,7 +32,7 @@ class PartialPayload {
   PartialPayload() = default;
 
   const ChunkHeader& header() const { return header_; }
-  /// Of the blocks, only their places are known before they are loaded.
+  /// Only the places of the blocks are known before they are loaded.
   const t4d_layout::PayloadView& view() const { return view_; }
   /// Reads one of the blocks, unless it has been, and checks it. Safe from several threads at once.
   Result<void> load(std::span<const std::byte> block) const;
@@ -57,7 +57,7 @@ class PartialPayload {
 /// zero. Errors name the file and the byte. Reading is safe from several threads at once.
 class ChunkFile {
  public:
-  /// As openByteSource does.
+  /// Opens what openByteSource opens.
   static Result<ChunkFile> open(const std::filesystem::path& pathOrUrl);
   explicit ChunkFile(std::shared_ptr<ByteSource> source) : source_(std::move(source)) {}
 

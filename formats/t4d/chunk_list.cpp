@@ -25,7 +25,8 @@ void putChecksum(std::string& file, std::size_t to, std::size_t from, std::size_
   std::memcpy(file.data() + to, &crc, sizeof crc);
 }
 
-/// As far as the table is within the front, and the blocks within the payload.
+/// Sets the checksums of blocks, as far as their table is within the front and they are within the
+/// payload.
 void repairBlocks(std::string& file, const ChunkHeader& chunk) {
   std::uint64_t at = chunk.frontBytes;
   for (std::uint64_t i = 0; i < chunk.blocks; ++i) {

@@ -19,7 +19,7 @@ constexpr std::uint64_t kTailBytes = std::uint64_t{256} << 10;
 constexpr std::uint64_t kLeastBytes = std::uint64_t{64} << 10;
 /// A request takes longer than as many bytes between two planned ranges.
 constexpr std::uint64_t kLargestGap = std::uint64_t{64} << 10;
-/// Of one request, and of what is kept.
+/// The most bytes of one request, and of what is kept.
 constexpr std::uint64_t kMostBytes = std::uint64_t{64} << 20;
 
 class HttpSource : public ByteSource {

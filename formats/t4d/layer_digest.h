@@ -16,7 +16,7 @@ class LayerDigest {
   /// The digest of no vertices.
   LayerDigest() = default;
   explicit LayerDigest(std::span<const model::Point4> vertices);
-  /// Of `count` vertices whose blocks are set later, one by one.
+  /// The digest of `count` vertices whose blocks are set later, one by one.
   explicit LayerDigest(std::uint64_t count);
 
   std::uint64_t size() const { return count_; }

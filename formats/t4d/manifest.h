@@ -41,7 +41,7 @@ struct Manifest {
   /// Members of the parts' metadata that `head` does not have, a line each; of one that is made.
   std::vector<std::string> losses;
 
-  /// Of all parts together.
+  /// The numbers of all parts together.
   BodySummary summary(std::size_t body) const;
   std::uint64_t bytes() const;
 };

@@ -312,7 +312,7 @@ Result<std::optional<PageList>> readPageList(const ChunkFile& file, std::uint64_
                                              const std::vector<BodySummary>& bodies) {
   const auto end = file.readLength(done);
   if (!end) return end.error();
-  // Of other files these are any bytes.
+  // In other files these are any bytes.
   if (*end % kAlignment != 0 || *end < kChunkHeaderBytes || *end > done - kFileHeaderBytes) {
     return std::nullopt;
   }

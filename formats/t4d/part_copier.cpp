@@ -56,7 +56,7 @@ std::uint64_t layerOf(const ChunkFile::Chunk& pose) {
   return pose.header.offset - distance;
 }
 
-/// As T4dWriter counts them.
+/// Counts what T4dWriter counts.
 std::size_t countedBytes(const ChunkFile::Chunk& chunk) {
   const auto table = frontOf(chunk).first(chunk.header.blocks * kBlockEntryBytes);
   std::size_t bytes = chunk.header.frontBytes - table.size();

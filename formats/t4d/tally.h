@@ -30,7 +30,7 @@ class Tally : public model::Sink {
   };
 };
 
-/// As checkSummary, for the DONE at `doneOffset`.
+/// Does what checkSummary does for the DONE at `doneOffset`.
 inline Result<void> checkSummaryOf(const ChunkFile& file, std::uint64_t doneOffset,
                                    std::size_t body, const BodySummary& said,
                                    const BodySummary& found) {

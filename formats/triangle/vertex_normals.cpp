@@ -64,7 +64,7 @@ double angleAt(const model::TriangleMesh& mesh, const Triangle& triangle, std::u
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
-/// Of length 1, or 0 for a flat triangle.
+/// The normal has length 1, or 0 for a flat triangle.
 std::vector<Point3> faceNormalsOf(const model::TriangleMesh& mesh) {
   std::vector<Point3> faces;
   faces.reserve(mesh.triangles.size());

@@ -51,7 +51,7 @@ class UsdStage {
   Result<void> declare(std::size_t body, const NamedMesh& named);
 
   const model::Point3& center() const { return options_.center; }
-  /// Of the text, about.
+  /// About how many bytes the text has.
   std::uint64_t textBytes() const { return textBytes_; }
 
   struct Span {

@@ -88,7 +88,7 @@ class VtkFile {
   /// Integers from 0 to `limit` - 1; fails if one is not.
   Result<std::vector<std::uint32_t>> indices(const VtkArray& array, std::uint64_t count,
                                              std::uint32_t limit);
-  /// As `indices`, four for each cell.
+  /// Gives what `indices` gives, four for each cell.
   Result<std::vector<model::Cell>> tetrahedra(const VtkArray& array, std::uint64_t count,
                                               std::uint32_t limit);
   /// Integers from 0 to 255.

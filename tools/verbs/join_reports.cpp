@@ -32,7 +32,7 @@ enum class Rule {
 };
 using Rules = std::map<std::string, Rule, std::less<>>;
 
-/// Of the verbs whose reports are joined member by member.
+/// How the reports of verbs are joined member by member.
 const std::map<std::string, Rules, std::less<>>& rulesOfVerbs() {
   static const Rules kGrids = {
       {"mend", Rule::First},        {"frames", Rule::Add},

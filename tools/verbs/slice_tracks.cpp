@@ -122,7 +122,7 @@ std::vector<std::uint64_t> SliceTracks::of(const std::string& body, const Triang
       (at != ofBody->second.begin() && time - std::prev(at)->first < at->first - time)) {
     --at;
   }
-  // Of the same points, computed in another order.
+  // The points are the same, computed in another order.
   constexpr double kRounding = 1e-9;
   const model::Bounds3 all = model::boundsOf(slice);
   const double near =

@@ -123,7 +123,7 @@ formats::Metadata mappedMetadata(const Input& input, const TransformOptions& opt
   } else if (transform.mirrors()) {
     report.mirroredSpace = metadata.space;
   }
-  // Of a mesh that was centred, the place of the origin moves with it.
+  // The origin of a mesh that was centred moves with it.
   model::Point4 origin = model::Point4::Zero();
   origin.head<3>() = originOf(metadata);
   if (mixesTime(options)) origin = *axesMatrix(options.axes) * origin;

@@ -18,7 +18,7 @@ struct PartValidation {
     measure::PartOfMesh part;
     formats::BodySummary said;  ///< in the file, of the whole body
   };
-  /// As far as the file can be read.
+  /// What is known as far as the file can be read.
   std::vector<Body> bodies;
   std::optional<measure::Issue> damage;  ///< why there are no more bodies
   bool beforeAll = false;                ///< the damage was found before any slab was read

@@ -36,7 +36,7 @@ bool send(const platform::OpenFile& file, std::size_t offset, std::size_t length
 /// time, nobody waits long behind them. A thread that waits takes next to nothing.
 constexpr std::size_t kThreads = 512;
 constexpr std::chrono::seconds kSilence(1);
-/// Of a browser that does not read on.
+/// How long a browser that does not read on is waited for.
 constexpr std::chrono::seconds kWriteTime(5);
 /// No request here has a body.
 constexpr std::size_t kMostBodyBytes = 1 << 16;

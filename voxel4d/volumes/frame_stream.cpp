@@ -24,7 +24,7 @@ using nlohmann::json;
 
 constexpr const char* kStandardInput = "standard input";
 
-/// Of each member of the header.
+/// The members of the header.
 constexpr std::array kMembers = {"format",       "version",     "size",      "frames", "times",
                                  "affine",       "unsized",     "space",     "mask",   "names",
                                  "assumed_axes", "notes",       "time_unit", "losses", "name",

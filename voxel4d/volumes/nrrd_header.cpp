@@ -200,7 +200,7 @@ class Header {
     return invalid(fmt::format("its field '{}: {}' {}", field, shown((*this)(field)), message),
                    where);
   }
-  /// Of the blank line, if the samples are in the same file.
+  /// Where the blank line ends, if the samples are in the same file.
   std::optional<std::uint64_t> end() const { return end_; }
 
   std::string where;

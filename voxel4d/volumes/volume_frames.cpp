@@ -282,7 +282,7 @@ class Frames : public FrameSource {
     return done ? done : ofData(done.error(), volume, data);
   }
 
-  /// Of each number of `size` bytes.
+  /// Reverses the bytes of each number, which has `size` of them.
   static void reverseBytes(std::span<std::byte> numbers, std::size_t size) {
     for (std::size_t i = 0; i < numbers.size(); i += size) {
       std::ranges::reverse(numbers.subspan(i, size));
@@ -423,7 +423,7 @@ Eigen::Vector3d firstOf(const Volume& volume) {
 Result<model::Affine3x4> placeOf(const Volume& volume, const VolumeOptions& options) {
   model::Affine3x4 place = volume.place;
   for (int axis = 0; options.spacing && axis < 3; ++axis) {
-    // Of the file's axes the directions stay.
+    // The directions of the file's axes stay.
     const double length = place.col(axis).norm();
     place.col(axis) *= length > 0 ? (*options.spacing)[axis] / length : 1;
   }
@@ -512,7 +512,7 @@ Result<void> crop(Volume& volume, const std::array<IndexRange, 3>& region, const
   return {};
 }
 
-/// Of the frames that are read, of all `frameCount` of the files.
+/// The times of the frames that are read, out of all `frameCount` of the files.
 Result<std::vector<double>> timesOf(const Volume& first, std::uint64_t frameCount,
                                     const Extent& frames, const VolumeOptions& options) {
   const std::uint64_t count = frames.count;
