@@ -6,8 +6,8 @@
 #include <numeric>
 #include <vector>
 
+#include "measure/surface_samples.h"
 #include "measure/triangle_tree.h"
-#include "tools/verbs/surface_samples.h"
 
 namespace t4d::verbs {
 namespace {
@@ -16,8 +16,9 @@ namespace {
 std::vector<double> distancesFrom(const model::TriangleMesh& of, const model::TriangleMesh& from) {
   const measure::TriangleTree tree(from);
   std::vector<double> distances;
-  distances.reserve(kSurfaceSamples);
-  for (const SurfaceSample& sample : surfaceSamples(of, kSurfaceSamples)) {
+  distances.reserve(measure::kSurfaceSamples);
+  for (const measure::SurfaceSample& sample :
+       measure::surfaceSamples(of, measure::kSurfaceSamples)) {
     distances.push_back(tree.nearest(sample.place).distance);
   }
   std::ranges::sort(distances);

@@ -13,7 +13,7 @@ struct SurfaceAgreement {
   double hausdorff95 = 0;
 };
 
-/// From kSurfaceSamples points of each surface. 0 if both are empty, infinite if one is.
+/// From measure::kSurfaceSamples points of each surface. 0 if both are empty, infinite if one is.
 SurfaceAgreement surfaceAgreement(const model::TriangleMesh& a, const model::TriangleMesh& b);
 
 }  // namespace t4d::verbs

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "measure/surface_samples.h"
 #include "measure/triangle_tree.h"
 #include "slice/surface_motion.h"
-#include "tools/verbs/surface_samples.h"
 
 namespace t4d::verbs {
 namespace {
@@ -40,7 +40,7 @@ double wallThickness(const model::TriangleMesh& mesh) {
   constexpr int kPieces = 64;
   // Of the extent: the triangle from which a ray starts is not met.
   constexpr double kRounding = 1e-9;
-  const auto samples = surfaceSamples(mesh, kRays);
+  const auto samples = measure::surfaceSamples(mesh, kRays);
   if (samples.empty()) return 0;
   const measure::TriangleTree tree(mesh);
   const model::Bounds3 bounds = model::boundsOf(mesh);
@@ -48,7 +48,7 @@ double wallThickness(const model::TriangleMesh& mesh) {
   const double step = extent / kPieces;
   double sum = 0;
   std::size_t count = 0;
-  for (const SurfaceSample& sample : samples) {
+  for (const measure::SurfaceSample& sample : samples) {
     const Point3 inward = -sample.normal;
     double least = std::numeric_limits<double>::infinity();
     for (int i = 0; i <= kPieces && least > i * step; ++i) {

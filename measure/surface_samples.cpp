@@ -1,8 +1,8 @@
-#include "tools/verbs/surface_samples.h"
+#include "measure/surface_samples.h"
 
 #include <cmath>
 
-namespace t4d::verbs {
+namespace t4d::measure {
 
 using model::Point3;
 
@@ -38,4 +38,4 @@ std::vector<SurfaceSample> surfaceSamples(const model::TriangleMesh& mesh, std::
   return samples;
 }
 
-}  // namespace t4d::verbs
+}  // namespace t4d::measure

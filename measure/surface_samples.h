@@ -5,7 +5,7 @@
 
 #include "t4d/surface.h"
 
-namespace t4d::verbs {
+namespace t4d::measure {
 
 /// A point of a surface.
 struct SurfaceSample {
@@ -20,4 +20,4 @@ inline constexpr std::size_t kSurfaceSamples = 10'000;
 /// has no area.
 std::vector<SurfaceSample> surfaceSamples(const model::TriangleMesh& mesh, std::size_t count);
 
-}  // namespace t4d::verbs
+}  // namespace t4d::measure
