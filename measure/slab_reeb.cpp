@@ -2,8 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <numeric>
+#include <optional>
 #include <utility>
 
+#include "measure/slot_parts.h"
 #include "measure/vertex_stars.h"
 #include "model/union_find.h"
 #include "t4d/mesh.h"
@@ -27,6 +31,9 @@ class LinkTest {
   /// Whether the slices just before and just after some vertices of one time, which edges connect,
   /// are alike around them: one piece each, with the same Euler number.
   bool isRegular(std::span<const std::uint32_t> vertices) {
+    if (vertices.size() == 1) {
+      if (const auto regular = isRegularAlone(vertices.front())) return *regular;
+    }
     const double time = times_[vertices.front()];
     ++round_;
     touched_.clear();
@@ -91,6 +98,50 @@ class LinkTest {
     }
   };
 
+  /// The same of a vertex that has no more than 64 neighbours, of other times.
+  std::optional<bool> isRegularAlone(std::uint32_t vertex) {
+    const double time = times_[vertex];
+    ++round_;
+    std::uint32_t count = 0;
+    std::uint64_t after = 0;  // a bit for each neighbour, as in all these sets
+    std::array<std::uint64_t, 64> next;
+    std::int64_t change2 = 0;
+    for (const std::uint32_t index : stars_.of(vertex)) {
+      std::uint64_t corners = 0;
+      for (const std::uint32_t other : cells_[index]) {
+        if (other == vertex) continue;
+        Seen& seen = seen_[other];
+        if (seen.round != round_) {
+          if (count == next.size()) return {};
+          seen = {round_, vertex, count};
+          next[count] = 0;
+          const bool isAfter = times_[other] > time;
+          change2 += isAfter ? 2 : -2;
+          if (isAfter) after |= std::uint64_t{1} << count;
+          ++count;
+        }
+        corners |= std::uint64_t{1} << seen.cell;
+      }
+      const std::uint64_t later = corners & after;
+      change2 += (later & (later - 1)) != 0 ? -1 : 1;  // two or more
+      for (std::uint64_t rest = corners; rest != 0; rest &= rest - 1) {
+        next[static_cast<std::size_t>(std::countr_zero(rest))] |= corners;
+      }
+    }
+    if (change2 != 0 || count == 0) return false;
+    const auto isOnePiece = [&](std::uint64_t side) {
+      std::uint64_t front = side & (~side + 1);
+      while (front != 0) {
+        const auto at = static_cast<std::size_t>(std::countr_zero(front));
+        side &= ~(std::uint64_t{1} << at);
+        front = (front | next[at]) & side;
+      }
+      return side == 0;
+    };
+    const std::uint64_t before = (~std::uint64_t{0} >> (64 - count)) & ~after;
+    return before != 0 && after != 0 && isOnePiece(before) && isOnePiece(after);
+  }
+
   /// What the corners of a cell at a time add to twice the Euler number (edgesOf).
   std::int64_t changeIn(const model::Cell& cell, double time) const {
     int before = 0;
@@ -112,191 +163,6 @@ class LinkTest {
   std::vector<std::uint32_t> touched_;
   std::array<Side, 2> sides_;
   std::uint32_t round_ = 0;
-};
-
-/// Finds the components of the slices in all slots, and which of one slot continue in the next.
-///
-/// Two cells with a common edge are of one component in all slots of that edge, which is a link
-/// between them. Slots are halved again and again; cells that a link connects throughout a range
-/// of slots are one item there and in all its parts, so that few of them are left to be divided
-/// (offline dynamic connectivity). Items that nothing connects or divides within a range are a
-/// segment of it.
-class SlotParts {
- public:
-  struct Segment {
-    std::uint32_t firstSlot;
-    std::uint32_t lastSlot;
-    std::uint32_t cell;
-    bool isNode;  ///< at an instant, with vertices
-  };
-  struct Item {
-    std::uint32_t firstSlot;
-    std::uint32_t lastSlot;
-    std::uint32_t cell;
-  };
-  struct Link {
-    std::uint32_t a;
-    std::uint32_t b;
-    std::uint32_t firstSlot;
-    std::uint32_t lastSlot;
-  };
-  /// A vertex of an item, of which the segment is wanted.
-  struct Mark {
-    std::uint32_t vertex;
-    std::uint32_t item;
-  };
-  struct Range {
-    std::vector<Item> items;
-    std::vector<Link> links;
-    std::vector<Mark> marks;
-  };
-
-  SlotParts(std::span<const std::uint32_t> slotOfVertex)
-      : slotOfVertex_(slotOfVertex), segmentOfVertex(slotOfVertex.size(), kNoIndex) {}
-
-  /// Sets the segments of each item in the first and in the last slot, if it exists there.
-  void find(std::uint32_t first, std::uint32_t last, Range whole,
-            std::vector<std::uint32_t>& firsts, std::vector<std::uint32_t>& lasts) {
-    divide(first, last, std::move(whole), firsts, lasts);
-    std::ranges::sort(joins);
-    joins.erase(std::unique(joins.begin(), joins.end()), joins.end());
-  }
-
- private:
-  /// Sets, for each item, its segments in the first and the last slot of the range, if it exists
-  /// there.
-  void divide(std::uint32_t first, std::uint32_t last, Range range,
-              std::vector<std::uint32_t>& firsts, std::vector<std::uint32_t>& lasts) {
-    const std::size_t given = range.items.size();
-    model::UnionFind sets(given);
-    for (const Link& link : range.links) {
-      if (link.firstSlot <= first && link.lastSlot >= last) sets.unite(link.a, link.b);
-    }
-    std::vector<std::uint32_t> number(given);
-    std::uint32_t count = 0;
-    for (std::uint32_t i = 0; i < given; ++i) {
-      const std::uint32_t root = sets.root(i);
-      number[i] = root == i ? count : number[root];
-      if (root == i) range.items[count++] = range.items[i];
-    }
-    range.items.resize(count);
-    std::vector<char> divided(count, 0);
-    std::size_t kept = 0;
-    for (const Link& link : range.links) {
-      const std::uint32_t a = number[link.a];
-      const std::uint32_t b = number[link.b];
-      if (a == b) continue;
-      divided[a] = divided[b] = 1;
-      range.links[kept++] = {a, b, link.firstSlot, link.lastSlot};
-    }
-    range.links.resize(kept);
-    for (Mark& mark : range.marks) {
-      mark.item = number[mark.item];
-      if (first < last && slotOfVertex_[mark.vertex] % 2 == 0) divided[mark.item] = 1;
-    }
-    std::vector<std::uint32_t> firstOf(count, kNoIndex);
-    std::vector<std::uint32_t> lastOf(count, kNoIndex);
-    bool any = false;
-    for (std::uint32_t i = 0; i < count; ++i) {
-      if (divided[i] != 0 && first < last) {
-        any = true;
-        continue;
-      }
-      const Item& item = range.items[i];
-      const auto segment = static_cast<std::uint32_t>(segments.size());
-      segments.push_back(
-          {std::max(first, item.firstSlot), std::min(last, item.lastSlot), item.cell, false});
-      if (item.firstSlot <= first) firstOf[i] = segment;
-      if (item.lastSlot >= last) lastOf[i] = segment;
-      divided[i] = 0;
-      ofItem_.push_back(segment);
-    }
-    settle(range, divided);
-    if (any) halve(first, last, std::move(range), divided, firstOf, lastOf);
-    firsts.resize(given);
-    lasts.resize(given);
-    for (std::size_t i = 0; i < given; ++i) {
-      firsts[i] = firstOf[number[i]];
-      lasts[i] = lastOf[number[i]];
-    }
-  }
-
-  /// Notes the segments of the vertices of items that are not divided any more.
-  void settle(Range& range, const std::vector<char>& divided) {
-    std::vector<std::uint32_t> segmentOf(divided.size(), kNoIndex);
-    std::size_t at = 0;
-    for (std::size_t i = 0; i < divided.size(); ++i) {
-      if (divided[i] == 0) segmentOf[i] = ofItem_[at++];
-    }
-    ofItem_.clear();
-    std::size_t kept = 0;
-    for (const Mark& mark : range.marks) {
-      const std::uint32_t segment = segmentOf[mark.item];
-      if (segment == kNoIndex) {
-        range.marks[kept++] = mark;
-        continue;
-      }
-      segmentOfVertex[mark.vertex] = segment;
-      if (slotOfVertex_[mark.vertex] % 2 == 0) segments[segment].isNode = true;
-    }
-    range.marks.resize(kept);
-  }
-
-  void halve(std::uint32_t first, std::uint32_t last, Range range, const std::vector<char>& divided,
-             std::vector<std::uint32_t>& firstOf, std::vector<std::uint32_t>& lastOf) {
-    const std::uint32_t middle = first + (last - first) / 2;
-    std::array<Range, 2> halves;
-    std::array<std::vector<std::uint32_t>, 2> numbers;
-    for (auto& ofHalf : numbers) ofHalf.assign(divided.size(), kNoIndex);
-    for (std::uint32_t i = 0; i < divided.size(); ++i) {
-      if (divided[i] == 0) continue;
-      const Item& item = range.items[i];
-      for (const int half : {0, 1}) {
-        if (half == 0 ? item.firstSlot > middle : item.lastSlot <= middle) continue;
-        numbers[half][i] = static_cast<std::uint32_t>(halves[half].items.size());
-        halves[half].items.push_back(item);
-      }
-    }
-    for (const Link& link : range.links) {
-      for (const int half : {0, 1}) {
-        if (half == 0 ? link.firstSlot > middle || link.lastSlot < first
-                      : link.lastSlot <= middle || link.firstSlot > last) {
-          continue;
-        }
-        halves[half].links.push_back(
-            {numbers[half][link.a], numbers[half][link.b], link.firstSlot, link.lastSlot});
-      }
-    }
-    for (const Mark& mark : range.marks) {
-      const int half = slotOfVertex_[mark.vertex] <= middle ? 0 : 1;
-      halves[half].marks.push_back({mark.vertex, numbers[half][mark.item]});
-    }
-    range = {};
-    std::array<std::vector<std::uint32_t>, 2> firsts;
-    std::array<std::vector<std::uint32_t>, 2> lasts;
-    divide(first, middle, std::move(halves[0]), firsts[0], lasts[0]);
-    divide(middle + 1, last, std::move(halves[1]), firsts[1], lasts[1]);
-    for (std::uint32_t i = 0; i < divided.size(); ++i) {
-      if (divided[i] == 0) continue;
-      const std::uint32_t before = numbers[0][i];
-      const std::uint32_t after = numbers[1][i];
-      if (before != kNoIndex) firstOf[i] = firsts[0][before];
-      if (after != kNoIndex) lastOf[i] = lasts[1][after];
-      if (before == kNoIndex || after == kNoIndex) continue;
-      const std::uint32_t below = lasts[0][before];
-      const std::uint32_t above = firsts[1][after];
-      if (below != kNoIndex && above != kNoIndex) joins.emplace_back(below, above);
-    }
-  }
-
-  std::span<const std::uint32_t> slotOfVertex_;
-  std::vector<std::uint32_t> ofItem_;
-
- public:
-  std::vector<Segment> segments;
-  /// Segments, of which the second continues the first.
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> joins;
-  std::vector<std::uint32_t> segmentOfVertex;
 };
 
 /// Finds the instants, and sets the slots of vertices.
@@ -347,6 +213,111 @@ void setSlots(const model::Slab& slab, const VertexStars& stars, std::span<const
   }
 }
 
+/// Slots between those of the layers, whose instants are left to addLayer; none if the first is
+/// greater than the last.
+struct Life {
+  std::uint32_t first = 0;
+  std::uint32_t last = 0;
+  bool operator==(const Life&) const = default;
+};
+
+/// What was seen last of some numbers, so that most of what is repeated is found at once.
+template <typename One>
+class RecentlySeen {
+ public:
+  One& of(std::uint32_t a, std::uint32_t b) {
+    constexpr std::uint32_t kFactor = 2654435761;  // Knuth, section 6.4
+    return ones_[((a * kFactor + b) * kFactor) >> (32 - kBits)];
+  }
+
+ private:
+  static constexpr int kBits = 12;
+  std::vector<One> ones_ = std::vector<One>(std::size_t{1} << kBits);
+};
+
+/// Puts cells into items: a cell that an edge links to another one for as long as it lasts is a
+/// part of that one's item.
+class CellItems {
+ public:
+  /// The lives of the cells.
+  explicit CellItems(std::vector<Life> lives) : lives_(std::move(lives)), parent_(lives_.size()) {
+    std::iota(parent_.begin(), parent_.end(), 0U);
+  }
+
+  bool areOne(std::uint32_t a, std::uint32_t b) { return root(a) == root(b); }
+
+  /// Links two cells for the life of an edge of both. False if that does not make them one item.
+  bool link(std::uint32_t a, std::uint32_t b, Life edge) {
+    a = root(a);
+    b = root(b);
+    if (lives_[a] == edge) {
+      parent_[a] = b;
+    } else if (lives_[b] == edge) {
+      parent_[b] = a;
+    } else {
+      return false;
+    }
+    return true;
+  }
+
+  /// Adds the items and the parts. Sets the item of each cell, or model::kNoIndex.
+  std::vector<std::uint32_t> add(SlotParts::Range& range) {
+    const auto count = static_cast<std::uint32_t>(lives_.size());
+    std::vector<std::uint32_t> number(count, kNoIndex);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      if (root(i) != i || lives_[i].first > lives_[i].last) continue;
+      number[i] = static_cast<std::uint32_t>(range.items.size());
+      range.items.push_back({lives_[i].first, lives_[i].last, i});
+    }
+    RecentlySeen<SlotParts::Part> recent;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const std::uint32_t of = root(i);
+      number[i] = number[of];
+      if (of == i || number[i] == kNoIndex) continue;
+      const auto [first, last] = lives_[i];
+      if (lives_[i] == lives_[of]) {
+        std::uint32_t& cell = range.items[number[i]].cell;
+        cell = std::min(cell, i);
+        continue;
+      }
+      SlotParts::Part& before = recent.of(number[i], first);
+      if (before.item == number[i] && before.firstSlot == first && before.lastSlot == last)
+        continue;
+      before = {number[i], first, last, i};
+      range.parts.push_back(before);
+    }
+    return number;
+  }
+
+ private:
+  std::uint32_t root(std::uint32_t cell) {
+    while (parent_[cell] != cell) cell = parent_[cell] = parent_[parent_[cell]];
+    return cell;
+  }
+
+  std::vector<Life> lives_;
+  std::vector<std::uint32_t> parent_;  // lasts as long or longer
+};
+
+/// Whether another edge of two cells links them in all slots of the edge from u to w: one that
+/// lasts longer or, of those that last as long, has lower numbers.
+bool isLinked(std::uint32_t u, std::uint32_t w, const model::Cell& a, const model::Cell& b,
+              std::span<const std::uint32_t> slots) {
+  const auto [first, last] = std::minmax(slots[u], slots[w]);
+  for (const std::uint32_t x : a) {
+    if (x == u || x == w || std::ranges::find(b, x) == b.end()) continue;
+    for (const std::uint32_t end : {u, w}) {
+      const auto [begin, behind] = std::minmax(slots[end], slots[x]);
+      if (begin > first || behind < last) continue;
+      if (begin < first || behind > last) return true;
+      if (std::minmax(end, x) < std::pair<const std::uint32_t&, const std::uint32_t&>(u, w)) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
 struct Edges {
   SlotParts::Range range;
   std::vector<std::uint32_t> itemOfCell;  // model::kNoIndex of a cell within a layer
@@ -362,40 +333,35 @@ Edges edgesOf(const model::Connectivity& connectivity, const VertexStars& stars,
               std::span<const double> times, const SlabReeb& reeb) {
   const std::vector<std::uint32_t>& slots = reeb.slotOfVertex;
   const std::uint32_t lastSlot = 2 * reeb.lastInstant;
-  // Slots of the instants at the ends are left to setLayers.
-  const auto isThroughout = [&](std::uint32_t first, std::uint32_t last) {
-    return first <= 1 && last + 1 >= lastSlot;
-  };
-  const auto isBetween = [&](std::uint32_t first, std::uint32_t last) {
-    return last > 0 && first < lastSlot;
+  const auto lifeOf = [&](std::uint32_t begin, std::uint32_t end) {
+    return Life{std::max(begin, 1U), std::min(end + 1, std::max(lastSlot, 1U)) - 1};
   };
   const std::vector<model::Cell>& cells = connectivity.cells;
   Edges edges;
   edges.change2.assign(connectivity.vertexCount, 0);
+  std::vector<Life> lives;
+  lives.reserve(cells.size());
+  for (model::Cell cell : cells) {
+    const auto order = [&](int a, int b) {
+      if (times[cell[b]] < times[cell[a]]) std::swap(cell[a], cell[b]);
+    };
+    order(0, 1);
+    order(2, 3);
+    order(0, 2);
+    order(1, 3);
+    order(1, 2);
+    edges.change2[cell[0]] -= 1;
+    edges.change2[cell[1]] -= 1;
+    edges.change2[cell[2]] += 1;
+    edges.change2[cell[3]] += 1;
+    lives.push_back(lifeOf(slots[cell[0]], slots[cell[3]]));
+  }
+  CellItems items(std::move(lives));
   struct Seen {
     std::uint32_t from = kNoIndex;
     std::uint32_t cell = 0;
   };
-  // Whether another edge of two cells links them in all slots of the edge from u to w: one that
-  // lasts longer or, of those that last as long, has lower numbers.
-  const auto isLinked = [&](std::uint32_t u, std::uint32_t w, const model::Cell& a,
-                            const model::Cell& b) {
-    const auto [first, last] = std::minmax(slots[u], slots[w]);
-    for (const std::uint32_t x : a) {
-      if (x == u || x == w || std::ranges::find(b, x) == b.end()) continue;
-      for (const std::uint32_t end : {u, w}) {
-        const auto [begin, behind] = std::minmax(slots[end], slots[x]);
-        if (begin > first || behind < last) continue;
-        if (begin < first || behind > last) return true;
-        if (std::minmax(end, x) < std::pair<const std::uint32_t&, const std::uint32_t&>(u, w)) {
-          return true;
-        }
-      }
-    }
-    return false;
-  };
   std::vector<Seen> seen(connectivity.vertexCount);
-  model::UnionFind sets(cells.size());  // of cells that a link connects in all slots
   for (std::uint32_t u = 0; u < connectivity.vertexCount; ++u) {
     for (const std::uint32_t index : stars.of(u)) {
       for (const std::uint32_t w : cells[index]) {
@@ -410,52 +376,39 @@ Edges edgesOf(const model::Connectivity& connectivity, const VertexStars& stars,
           } else if (first % 2 == 0 && first != 0 && first != lastSlot) {
             edges.flat.emplace_back(u, w);
           }
-        } else if (isBetween(first, last) && isThroughout(first, last)) {
-          sets.unite(before.cell, index);
-        } else if (isBetween(first, last) && !isLinked(u, w, cells[before.cell], cells[index])) {
-          edges.range.links.push_back({before.cell, index, first, last});
+        } else if (!items.areOne(before.cell, index) && last > 0 && first < lastSlot) {
+          const Life life = lifeOf(first, last);
+          if (!items.link(before.cell, index, life) &&
+              !isLinked(u, w, cells[before.cell], cells[index], slots)) {
+            edges.range.links.push_back({before.cell, index, life.first, life.last});
+          }
         }
         before.cell = index;
       }
     }
   }
   std::vector<std::uint32_t>& number = edges.itemOfCell;
-  number.assign(cells.size(), kNoIndex);
-  std::vector<SlotParts::Item>& items = edges.range.items;
-  for (std::uint32_t i = 0; i < cells.size(); ++i) {
-    model::Cell cell = cells[i];
-    const auto order = [&](int a, int b) {
-      if (times[cell[b]] < times[cell[a]]) std::swap(cell[a], cell[b]);
-    };
-    order(0, 1);
-    order(2, 3);
-    order(0, 2);
-    order(1, 3);
-    order(1, 2);
-    edges.change2[cell[0]] -= 1;
-    edges.change2[cell[1]] -= 1;
-    edges.change2[cell[2]] += 1;
-    edges.change2[cell[3]] += 1;
-    const std::uint32_t root = sets.root(i);
-    if (!isBetween(slots[cell[0]], slots[cell[3]])) continue;
-    if (root == i) {
-      number[i] = static_cast<std::uint32_t>(items.size());
-      items.push_back({slots[cell[0]], slots[cell[3]], i});
-    } else {
-      number[i] = number[root];
-    }
-  }
+  number = items.add(edges.range);
+  RecentlySeen<SlotParts::Link> recent;
   std::size_t kept = 0;
-  for (SlotParts::Link& link : edges.range.links) {
-    const std::uint32_t a = number[link.a];
-    const std::uint32_t b = number[link.b];
-    if (a != b) edges.range.links[kept++] = {a, b, link.firstSlot, link.lastSlot};
+  for (SlotParts::Link link : edges.range.links) {
+    link.a = number[link.a];
+    link.b = number[link.b];
+    if (link.a == link.b) continue;
+    SlotParts::Link& before = recent.of(link.a, link.b);
+    if (before.a == link.a && before.b == link.b && before.firstSlot <= link.firstSlot &&
+        before.lastSlot >= link.lastSlot) {
+      continue;
+    }
+    before = link;
+    edges.range.links[kept++] = link;
   }
   edges.range.links.resize(kept);
   for (std::uint32_t v = 0; v < connectivity.vertexCount; ++v) {
     const auto star = stars.of(v);
-    if (!star.empty() && isBetween(slots[v], slots[v]))
+    if (!star.empty() && slots[v] > 0 && slots[v] < lastSlot) {
       edges.range.marks.push_back({v, number[star.front()]});
+    }
   }
   return edges;
 }
