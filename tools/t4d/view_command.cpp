@@ -32,7 +32,7 @@ int serve(const ViewArguments& options) {
   ConsoleObserver observer;
   const auto viewed = verbs::viewedFiles(options.view, observer);
   if (!viewed) return report(viewed.error());
-  const auto page = verbs::viewerPage(options.view.viewer, viewed->files);
+  const auto page = verbs::viewerPage(options.view.viewer, viewed->files, viewed->tracks);
   if (!page) return report(page.error());
   std::vector<ServedFile> files;
   for (const verbs::ShownFile& file : viewed->files) {
@@ -88,6 +88,10 @@ void addView(CLI::App& app, int& exitCode) {
                    "Input file (.t4d, .t4dm), or two to show side by side: paths or URLs")
       ->required()
       ->expected(1, 2);
+  command
+      ->add_option("--tracks", options->view.tracks,
+                   "Colour components and list events of this report of t4d track --json")
+      ->check(someName());
   command
       ->add_option("--port", options->port,
                    "Port on this machine to serve at (default: a free one)")

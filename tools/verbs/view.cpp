@@ -6,10 +6,12 @@
 #include <nlohmann/json.hpp>
 
 #include "formats/file_extension.h"
+#include "formats/input_file.h"
 #include "formats/output_file.h"
 #include "formats/t4d/join.h"
 #include "formats/t4d/manifest.h"
 #include "formats/t4d/url.h"
+#include "formats/text/json_check.h"
 #include "model/amount_text.h"
 #include "platform/kept_inputs.h"
 #include "platform/temporary_folder.h"
@@ -69,6 +71,28 @@ Result<void> checkFolder(const std::string& folder, std::span<const ShownFile> f
   return checked;
 }
 
+/// The report of `track`.
+Result<std::string> tracksOf(const ViewOptions& options) {
+  if (options.tracks.empty()) return std::string();
+  if (options.inputs.size() > 1) {
+    return fail(ErrorCode::Options, "tracks are those of one file; show it alone");
+  }
+  const auto file = formats::readInputFile(options.tracks);
+  if (!file) return file.error();
+  if (auto sound = formats::checkJson(file->bytes, options.tracks); !sound) return sound.error();
+  const auto report = nlohmann::ordered_json::parse(file->bytes, nullptr, false);
+  const auto hasList = [&](const char* name) {
+    return report.is_object() && report.contains(name) && report[name].is_array();
+  };
+  if (!hasList("tracks") || !hasList("events")) {
+    return invalid("no report of `t4d track --json`", options.tracks);
+  }
+  if (report.contains("part")) {
+    return invalid("is the report of a part; `t4d join` the parts first", options.tracks);
+  }
+  return report.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace);
+}
+
 Result<void> checkPageSize(const std::string& page, std::span<const ShownFile> files) {
   std::uint64_t total = 0;
   for (const ShownFile& file : files) {
@@ -82,9 +106,9 @@ Result<void> checkPageSize(const std::string& page, std::span<const ShownFile> f
                           model::sizeText(total), model::sizeText(kMostInPage), page));
 }
 
-Result<std::uint64_t> writePage(const ViewOptions& options, std::span<const ShownFile> files) {
-  if (auto good = checkPageSize(options.output, files); !good) return good.error();
-  const auto page = pageWithFiles(options.viewer, files);
+Result<std::uint64_t> writePage(const ViewOptions& options, const ViewedFiles& viewed) {
+  if (auto good = checkPageSize(options.output, viewed.files); !good) return good.error();
+  const auto page = pageWithFiles(options.viewer, viewed.files, viewed.tracks);
   if (!page) return page.error();
   auto out = formats::OutputFile::create(options.output);
   if (!out) return out.error();
@@ -102,7 +126,9 @@ Result<ViewedFiles> viewedFiles(const ViewOptions& options, Observer& observer) 
     if (auto good = checkFolder(options.output, files); !good) return good.error();
   }
   if (auto good = checkOpens(whole->paths, options.maxCells); !good) return good.error();
-  return ViewedFiles{std::move(files), std::move(whole->joined)};
+  auto tracks = tracksOf(options);
+  if (!tracks) return tracks.error();
+  return ViewedFiles{std::move(files), std::move(*tracks), std::move(whole->joined)};
 }
 
 std::vector<std::string> ViewedFiles::names() const {
@@ -122,8 +148,8 @@ Result<ViewReport> view(const ViewOptions& options, Observer& observer) {
   const auto viewed = viewedFiles(options, observer);
   if (!viewed) return viewed.error();
   const auto bytes = isOnePage(options.output)
-                         ? writePage(options, viewed->files)
-                         : writeSite(options.viewer, options.output, viewed->files);
+                         ? writePage(options, *viewed)
+                         : writeSite(options.viewer, options.output, viewed->files, viewed->tracks);
   if (!bytes) return bytes.error();
   return ViewReport{.files = viewed->names(), .output = options.output, .bytes = *bytes};
 }

@@ -16,6 +16,7 @@ struct ViewOptions {
   std::vector<std::string> inputs = {};
   std::optional<std::uint64_t> maxCells = {};  ///< as T4dReader::open takes it
   std::string viewer = {};                     ///< the text of the page (viewer_page.h)
+  std::string tracks = {};                     ///< a report of `track` on the only input, as JSON
   /// One page, if it ends in .html or .htm or is "-", the standard output; or else a folder.
   std::string output = {};
 };
@@ -30,13 +31,15 @@ struct ViewReport {
 /// The inputs as the viewer reads them.
 struct ViewedFiles {
   std::vector<ShownFile> files;
+  std::string tracks;                  ///< the report
   std::shared_ptr<const void> joined;  ///< while it lives, those that were in parts are files
 
   /// What the page calls the files.
   std::vector<std::string> names() const;
 };
 
-/// Joins files in parts, and checks that all can be opened.
+/// Joins files in parts, and checks that all can be opened. Fails if the tracks are of one of two
+/// inputs (Options), or no report of `track` (Invalid).
 Result<ViewedFiles> viewedFiles(const ViewOptions& options, Observer& observer = nobody());
 
 /// Whether one page is to be written, and not a folder.

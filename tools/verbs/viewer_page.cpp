@@ -39,19 +39,26 @@ std::string addressOf(std::string_view name) {
   return address;
 }
 
-Result<std::string> pageWith(std::string_view viewer, const ordered_json& files) {
+/// An element of the page that holds JSON.
+std::string holderOf(std::string_view id, std::string json) {
+  // "</script>" in a text must not end the element.
+  for (std::size_t at = 0; (at = json.find('<', at)) != std::string::npos;) {
+    json.replace(at, 1, "\\u003c");
+  }
+  return fmt::format("<script type=\"application/json\" id=\"{}\">{}</script>", id, json);
+}
+
+Result<std::string> pageWith(std::string_view viewer, const ordered_json& files,
+                             std::string_view tracks) {
   const std::size_t place = viewer.find(kFilesPlace);
   if (place == viewer.npos) {
     return fail(ErrorCode::Options, "the text of the viewer has no place for the files");
   }
-  std::string list = files.dump(-1, ' ', true, ordered_json::error_handler_t::replace);
-  // "</script>" in a name must not end the element.
-  for (std::size_t at = 0; (at = list.find('<', at)) != std::string::npos;) {
-    list.replace(at, 1, "\\u003c");
-  }
+  std::string holders =
+      holderOf("t4d-files", files.dump(-1, ' ', true, ordered_json::error_handler_t::replace));
+  if (!tracks.empty()) holders += holderOf("t4d-tracks", std::string(tracks));
   std::string page(viewer);
-  page.replace(place, kFilesPlace.size(),
-               fmt::format("<script type=\"application/json\" id=\"t4d-files\">{}</script>", list));
+  page.replace(place, kFilesPlace.size(), holders);
   return page;
 }
 
@@ -132,13 +139,15 @@ std::vector<ShownFile> shownFiles(std::span<const std::string> inputs) {
   return files;
 }
 
-Result<std::string> viewerPage(std::string_view viewer, std::span<const ShownFile> files) {
+Result<std::string> viewerPage(std::string_view viewer, std::span<const ShownFile> files,
+                               std::string_view tracks) {
   ordered_json list = ordered_json::array();
   for (const ShownFile& file : files) list.push_back(addressed(file));
-  return pageWith(viewer, list);
+  return pageWith(viewer, list, tracks);
 }
 
-Result<std::string> pageWithFiles(std::string_view viewer, std::span<const ShownFile> files) {
+Result<std::string> pageWithFiles(std::string_view viewer, std::span<const ShownFile> files,
+                                  std::string_view tracks) {
   ordered_json list = ordered_json::array();
   for (const ShownFile& file : files) {
     if (!file.url.empty()) {
@@ -153,7 +162,7 @@ Result<std::string> pageWithFiles(std::string_view viewer, std::span<const Shown
     if (!read) return read.error();
     list.push_back({{"name", file.name}, {"base64", formats::base64(bytes)}});
   }
-  return pageWith(viewer, list);
+  return pageWith(viewer, list, tracks);
 }
 
 Result<void> checkSite(const fs::path& folder, std::span<const ShownFile> files) {
@@ -170,7 +179,7 @@ Result<void> checkSite(const fs::path& folder, std::span<const ShownFile> files)
 }
 
 Result<std::uint64_t> writeSite(std::string_view viewer, const fs::path& folder,
-                                std::span<const ShownFile> files) {
+                                std::span<const ShownFile> files, std::string_view tracks) {
   if (auto good = checkSite(folder, files); !good) return good.error();
   const auto old = copiesOfSite(folder / kIndex).value_or(std::vector<std::string>());
   std::error_code error;
@@ -194,7 +203,7 @@ Result<std::uint64_t> writeSite(std::string_view viewer, const fs::path& folder,
     if (auto done = copy->commit(); !done) return done.error();
     total += copy->size();
   }
-  const auto page = viewerPage(viewer, listed);
+  const auto page = viewerPage(viewer, listed, tracks);
   if (!page) return page.error();
   if (auto put = formats::writeInFolder(folder, kIndex, *page); !put) return put.error();
   return total + page->size();

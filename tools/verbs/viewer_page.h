@@ -24,12 +24,15 @@ struct ShownFile {
 /// The files of these paths and URLs, each with a name of its own.
 std::vector<ShownFile> shownFiles(std::span<const std::string> inputs);
 
-/// The page that opens these files, by their URLs or beside itself. Fails (Options) if the text is
-/// not that of the viewer; so do the others.
-Result<std::string> viewerPage(std::string_view viewer, std::span<const ShownFile> files);
+/// The page that opens these files, by their URLs or beside itself, and shows the tracks of the
+/// first: a report of `track` as JSON; none if empty. Fails (Options) if the text is not that of
+/// the viewer; so do the others.
+Result<std::string> viewerPage(std::string_view viewer, std::span<const ShownFile> files,
+                               std::string_view tracks = {});
 
 /// The page with the files in it, but for those with a URL. Errors: a file cannot be read.
-Result<std::string> pageWithFiles(std::string_view viewer, std::span<const ShownFile> files);
+Result<std::string> pageWithFiles(std::string_view viewer, std::span<const ShownFile> files,
+                                  std::string_view tracks = {});
 
 /// Fails if `writeSite` would replace a symbolic link, or a file that is not of a site it wrote
 /// before: an index.html that is not its own, or a file that its own does not list as a copy.
@@ -39,6 +42,6 @@ Result<void> checkSite(const std::filesystem::path& folder, std::span<const Show
 /// there already; its other files stay. Returns the bytes written. Errors: checkSite's; a file
 /// cannot be read or written.
 Result<std::uint64_t> writeSite(std::string_view viewer, const std::filesystem::path& folder,
-                                std::span<const ShownFile> files);
+                                std::span<const ShownFile> files, std::string_view tracks = {});
 
 }  // namespace t4d::verbs

@@ -20,6 +20,8 @@ export interface Measures { triangles: number; vertices: number; volume: number;
 export interface T4dView extends HTMLElement {
   src: string | null;
   compare: string | null;
+  /** The address of a report of `t4d track --json`. */
+  tracks: string | null;
   time: number;
   hyperplane: string;
   bodies: string[] | null;

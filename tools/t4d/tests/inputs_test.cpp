@@ -48,6 +48,7 @@ class Inputs : public Program {
       write(std::string("r") + part + ".json", done.out);
     }
     write("times.csv", "time\n1\n2\n");
+    write("tracks.json", R"({"tracks": [], "events": []})");
     write("speed.csv", "playback,time\n0,0\n1,2\n");
     writeVolumes();
     writeGltf();
@@ -111,6 +112,7 @@ class Inputs : public Program {
          "--csv ",
          ".csv"},
         {"view cube.t4d", {"cube.t4d"}, o, ".html"},
+        {"view cube.t4d --tracks tracks.json", {"tracks.json"}, o, ".html"},
         {"quality cube.t4d", {"cube.t4d"}, o, ".t4d"},
         {"quality cube.t4d", {"cube.t4d"}, html, ".html"},
         {"measure cube.t4d --times-file times.csv", {"cube.t4d", "times.csv"}, o, ".csv"},

@@ -61,7 +61,7 @@ export const attributes = {
     unset: { hidden: [] },
   },
   color: {
-    expected: 'body, time, age, speed, distance, or attribute:NAME',
+    expected: 'body, time, age, speed, track, distance, or attribute:NAME',
     state(text) {
       const { color } = stateOf(new URLSearchParams({ color: text }).toString());
       return color ? { color } : null;

@@ -73,7 +73,7 @@ export class Drawing {
       const origin = { time: -begin, age: body.begin - begin }[mode] ?? 0;
       return (colors ?? [0, 1]).map((value) => value + origin);
     };
-    return { mode, name, rangeOfBody, wireframe: wire };
+    return { mode, name, rangeOfBody, wireframe: wire, tracks: model.tracks };
   }
 
   /** The planes that are shown: that of the state, then those of the onion skin. */

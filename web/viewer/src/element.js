@@ -3,6 +3,7 @@ import { askedBy, attributes, shownBodies } from './attributes.js';
 import style from './view.css';
 import controls from './controls.css';
 import template from './view.html';
+import { Tracks } from './tracks.js';
 import { Viewer } from './viewer.js';
 
 /** The name of a mesh that has no address: one of its own, or that in data:...;name=NAME;base64,... */
@@ -29,7 +30,7 @@ function hintOf({ rule }) {
 }
 
 export class T4dView extends HTMLElement {
-  static observedAttributes = ['src', 'compare', ...Object.keys(attributes)];
+  static observedAttributes = ['src', 'compare', 'tracks', ...Object.keys(attributes)];
 
   #viewer = null;
   /** What was given to load(), in place of the attributes src and compare. */
@@ -73,8 +74,8 @@ export class T4dView extends HTMLElement {
 
   attributeChangedCallback(name) {
     if (!this.#viewer) return;
-    if (name === 'src' || name === 'compare') {
-      this.#loaded = null;
+    if (['src', 'compare', 'tracks'].includes(name)) {
+      if (name !== 'tracks') this.#loaded = null;
       this.#open().catch(() => {});
     } else if (this.#viewer.model.panes.length > 0) {
       const asked = this.#askedBy(name);
@@ -127,18 +128,36 @@ export class T4dView extends HTMLElement {
       .map((name) => this.#askedBy(name)));
     viewer.messages.hide();
     if (sources.length === 0) viewer.clear();
-    const turn = viewer.turn + 1;
-    const errors = await viewer.open(sources, asked);
+    const turn = ++viewer.turn;
+    const tracks = await this.#readTracks();
     if (viewer.turn !== turn) return;
+    viewer.model.tracks = tracks.value;
+    const errors = await viewer.open(sources, asked);
+    if (viewer.turn !== turn + 1) return;
+    const isOpen = errors.length < sources.length;
+    if (tracks.error) errors.push(tracks.error);
     for (const error of errors) viewer.showError(error, hintOf(error));
     const files = viewer.model.panes.map(({ info }) => info);
-    if (errors.length < sources.length) {
+    if (isOpen) {
       this.#emit('load', {
         names: files.map(({ name }) => name), bodies: this.bodies, begin: this.begin, end: this.end,
       });
       if (this.hasAttribute('autoplay')) this.play();
     }
     if (errors.length > 0) throw errors[0];
+  }
+
+  /** The report that the attribute `tracks` names: { value, error }. */
+  async #readTracks() {
+    const address = this.getAttribute('tracks');
+    if (!address) return { value: null };
+    try {
+      const answer = await fetch(new URL(address, document.baseURI));
+      if (!answer.ok) throw new Error(`the server answers ${answer.status}`);
+      return { value: new Tracks(await answer.json()) };
+    } catch ({ message }) {
+      return { value: null, error: new Error(`${address}: ${message}`) };
+    }
   }
 
   /** The parts of the element, for the page of t4d view; they may change with any version. */
@@ -243,6 +262,8 @@ export class T4dView extends HTMLElement {
   set src(address) { this.#put('src', address); }
   get compare() { return this.getAttribute('compare'); }
   set compare(address) { this.#put('compare', address); }
+  get tracks() { return this.getAttribute('tracks'); }
+  set tracks(address) { this.#put('tracks', address); }
   get controls() { return this.hasAttribute('controls'); }
   set controls(on) { this.toggleAttribute('controls', on); }
   get autoplay() { return this.hasAttribute('autoplay'); }

@@ -2,6 +2,7 @@
 import { element, model, viewer } from './page.js';
 import { speeds, startClock } from './speed.js';
 import { stateOf } from './state.js';
+import { Tracks } from './tracks.js';
 
 /** What is wrong, in one box. */
 function say(errors) {
@@ -24,6 +25,8 @@ function offerToOpen() {
 export async function openFile(from, { beside = false } = {}) {
   viewer.messages.hide();
   element('welcome').hidden = true;
+  // They were of the file that the page came with.
+  if (!beside) model.tracks = null;
   startClock();
   const [first] = model.panes;
   // The link says what to show of the first file.
@@ -46,6 +49,8 @@ export async function openFirst() {
   const asked = new URLSearchParams(location.search).getAll('file').map((url) => ({ url }));
   const files = asked.length > 0 ? asked : ownFiles();
   element('welcome').hidden = files.length > 0;
+  const tracks = asked.length === 0 && element('t4d-tracks');
+  if (tracks) model.tracks = new Tracks(JSON.parse(tracks.textContent));
   startClock();
   const sources = files.map(({ url, base64, name }) => ({
     // The worker refuses what is not an address.

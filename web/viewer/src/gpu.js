@@ -5,7 +5,9 @@ import { cutTable, eachRunThatMayBeCut, heightsOf } from 't4d-reader';
 
 import { rangeOfSpeeds } from './cell_speed.js';
 import { blockCells, rowTexels } from './common.js';
+import { componentsOf } from './components.js';
 import { facesVertex, fragment, meshVertex, sectionVertex } from './shaders.js';
+import { trackColor } from './tracks.js';
 
 const formats = {
   rgbaFloat: [THREE.RGBAFormat, THREE.FloatType, 'RGBA32F', 4, Float32Array],
@@ -153,7 +155,7 @@ class NumberedMesh extends THREE.Mesh {
   }
 
   /**
-   * @param {{mode: 'body'|'attribute'|'time'|'age'|'speed', name?: string, color: THREE.Color, range: number[],
+   * @param {{mode: 'body'|'attribute'|'time'|'age'|'speed'|'track', name?: string, color: THREE.Color, range: number[],
    *   opacity: number, wireframe: boolean}} look
    */
   setLook(look) {
@@ -177,6 +179,10 @@ class NumberedMesh extends THREE.Mesh {
       mode = attribute.domain === 'vertex' ? (isColor ? 4 : 2) : (isColor ? 5 : 3);
       uniforms.values.value = attribute.texture;
     }
+    if (look.mode === 'track' && this.trackColors) {
+      mode = 7;
+      uniforms.values.value = this.trackColors;
+    }
     uniforms.colorMode.value = mode;
     const isSpeed = look.mode === 'speed';
     if (isSpeed === Object.hasOwn(this.material.defines, 'SPEED')) return;
@@ -187,6 +193,7 @@ class NumberedMesh extends THREE.Mesh {
   dispose() {
     this.material.uniforms.heights.value?.dispose();
     this.material.uniforms.triangles.value?.dispose();
+    this.trackColors?.dispose();
     this.material.dispose();
     this.geometry.dispose();
   }
@@ -228,6 +235,7 @@ export class SectionMesh extends NumberedMesh {
     const key = JSON.stringify([plane.normal, plane.offset, atLast]);
     if (key === this.cutKey) return;
     this.cutKey = key;
+    this.plane = plane;
     const heights = heightsOf(this.slab.vertices, plane);
     this.numTriangles = this.classify(plane, heights, atLast);
     this.geometry.setDrawRange(0, 3 * this.numTriangles);
@@ -236,6 +244,30 @@ export class SectionMesh extends NumberedMesh {
     roundKeepingSigns(heights, uniforms.heights.value.image.data);
     uniforms.heights.value.needsUpdate = true;
     uniforms.triangles.value.needsUpdate = true;
+  }
+
+  /**
+   * Colours the triangles of a section at a time by their tracks.
+   * @param {import('./tracks.js').Tracks} tracks
+   * @param {string} body
+   */
+  setTracks(tracks, body) {
+    if (this.tracksKey === this.cutKey) return;
+    this.tracksKey = this.cutKey;
+    const list = this.material.uniforms.triangles.value.image.data.subarray(0, this.numTriangles);
+    const cells = this.slab.cells.texture.image.data;
+    const triangles = Array.from(list, (entry) => {
+      const edges = cutTable[(entry >> 1) & 15];
+      const cell = 4 * (entry >>> 5);
+      return [0, 1 + (entry & 1), 2 + (entry & 1)].map((corner) => edges[corner].map((i) => cells[cell + i]));
+    });
+    const { ofTriangle, components } = componentsOf(this.slab.vertices, triangles, heightsOf(this.slab.vertices, this.plane));
+    // The table has them as det[axes, normal] > 0.
+    if (this.material.uniforms.isReversed.value) for (const each of components) each.volume *= -1;
+    const colors = tracks.idsOf(body, components, this.plane.offset).map(trackColor);
+    this.trackColors?.dispose();
+    this.trackColors = textureOf('rgbaFloat', ofTriangle.length, (data) =>
+      ofTriangle.forEach((component, i) => data.set(colors[component], 4 * i)));
   }
 
   /** Lists the triangles that are cut, and returns their number. */

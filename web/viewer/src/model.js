@@ -17,6 +17,8 @@ export class Model {
       bounds: { min: [0, 0, 0, 0], max: [1, 1, 1, 1] },
       /** The middle of the first file, which is that of the picture. */
       center: [0, 0, 0, 0],
+      /** Of the first file, or null. */
+      tracks: null,
       /** Whether the files are open that were asked for. */
       areAllOpen: false,
     });
@@ -81,6 +83,7 @@ export class Model {
     const [x, y, z] = center;
     this.base = {
       ...defaults, t: min[3], x, y, z, offset: x, timeScale,
+      color: this.tracks ? 'track' : defaults.color,
       onionStep: Number(((time || 1) / 20).toPrecision(2)), drop: head.up === 'z' ? 'y' : 'z',
     };
     this.restore(asked);
@@ -132,7 +135,9 @@ export class Model {
 
   /** Keeps the state to what the files have. */
   clamp() {
-    if (this.panes.length !== 2 && this.state.color === 'distance') this.state = { ...this.state, color: 'body' };
+    const { color } = this.state;
+    const isMissing = (color === 'distance' && this.panes.length !== 2) || (color === 'track' && !this.tracks);
+    if (isMissing) this.state = { ...this.state, color: 'body' };
     for (const key of ['x', 'y', 'z', 't', 'offset']) {
       this.state = { ...this.state, [key]: this.within(key, this.state[key]) };
     }

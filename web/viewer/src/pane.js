@@ -223,6 +223,7 @@ export class Pane {
         want(layer, body, number, SectionMesh, (mesh) => {
           this.place(mesh, axes);
           mesh.cut(plane, axes, isReversed, atLast);
+          if (look.mode === 'track' && plane.isTime) mesh.setTracks(look.tracks, this.info.bodies[body].name);
           mesh.setLook({ ...lookOf(body), opacity });
           mesh.renderOrder = opacity < 1 ? 1 + layer : 0;
         });

@@ -31,6 +31,7 @@ export function fillColors() {
   const { panes, state } = model;
   const names = new Map(panes.flatMap((pane) => [...pane.attributeNames()]));
   const options = [['body', 'body'], ['time', 'time'], ['age', 'age'], ['speed', 'speed'],
+    ...(model.tracks ? [['track', 'track']] : []),
     ...(panes.length === 2 ? [['distance', 'distance apart']] : []),
     ...[...names.keys()].map((name) => [`attribute:${name}`, name === 'triangle' ? 'original triangle' : name])];
   const select = element('color');

@@ -26,7 +26,7 @@ float speedOf(uvec4 corners) {
 
 const colors = `
 uniform int colorMode;      // 0 one colour, 1 whole numbers of cells, 2 a number of vertices, 3 of cells,
-                            // 4 colours of vertices, 5 of cells, 6 time; SPEED if defined
+                            // 4 colours of vertices, 5 of cells, 6 time, 7 colours of triangles; SPEED if defined
 uniform vec3 bodyColor;     // linear
 uniform vec2 colorRange;
 uniform highp sampler2D values;
@@ -123,6 +123,8 @@ void main() {
     vColor = colorMode == 2 ? ofNumber(v.r) : v.rgb;
   } else if (colorMode == 6) {
     vColor = ofNumber(p.w);
+  } else if (colorMode == 7) {
+    vColor = texelFetch(values, texel(uint(gl_VertexID / 3)), 0).rgb;
   }
 #ifdef SPEED
   vColor = ofNumber(speedOf(corners));

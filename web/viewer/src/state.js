@@ -6,7 +6,7 @@ export const defaults = {
   normal: [1, 0, 0, 0], offset: 0, // of any hyperplane
   drop: 'z', // of the solid in space-time: the axis that time takes the place of
   timeScale: 1, // length that a unit of time is shown as
-  color: 'body', // body, time, age, speed, distance (from the other file), or attribute:NAME
+  color: 'body', // body, time, age, speed, track, distance (from the other file), or attribute:NAME
   wire: false,
   onion: 0, // slices before and after
   onionStep: 1,
@@ -58,6 +58,6 @@ export function stateOf(hash) {
   }
   if (state.cut && !['t', 'x', 'y', 'z', 'any', 'solid'].includes(state.cut)) delete state.cut;
   if (state.drop && !['x', 'y', 'z'].includes(state.drop)) delete state.drop;
-  if (state.color && !/^(body|time|age|speed|distance|attribute:.+)$/s.test(state.color)) delete state.color;
+  if (state.color && !/^(body|time|age|speed|track|distance|attribute:.+)$/s.test(state.color)) delete state.color;
   return state;
 }

@@ -39,6 +39,14 @@ export class View {
     this.controls.update();
   }
 
+  /** Moves the camera so that it looks at a point of the section, from the same side and as far away. */
+  lookAt(point) {
+    const move = new THREE.Vector3(...point).applyQuaternion(this.turn).sub(this.controls.target);
+    this.camera.position.add(move);
+    this.controls.target.add(move);
+    this.controls.update();
+  }
+
   /** Moves the camera so that a ball around the middle is seen. */
   fit(radius) {
     this.radius = radius > 0 ? radius : 1;

@@ -4,6 +4,7 @@ import { colorsOf } from './colors.js';
 import { shown } from './common.js';
 import { Comparison } from './comparison.js';
 import { Drawing } from './drawing.js';
+import { EventList } from './events.js';
 import { glbOf } from './glb.js';
 import { fillLegend } from './legend.js';
 import { Messages } from './messages.js';
@@ -38,6 +39,7 @@ export class Viewer extends EventTarget {
     this.comparison = new Comparison(this.model, (error) => this.showError(error));
     this.drawing = new Drawing(this);
     this.bar = new Bar(this);
+    this.events = new EventList(this);
     /** Whether a program changes the model, and not the person in front of it. */
     this.isQuiet = false;
     /** Counts what was to be opened: what comes after the next is too late. */
@@ -117,6 +119,13 @@ export class Viewer extends EventTarget {
     const half = bounds.max.map((high, i) => (high - bounds.min[i]) / 2);
     const lengths = axes.map((axis) => axis.reduce((sum, part, i) => sum + Math.abs(part) * half[i], 0));
     view.fit(Math.hypot(...lengths));
+  }
+
+  /** Shows the time of an event of tracks, and looks at its place. */
+  showEvent({ time, place }) {
+    this.player.play(false);
+    this.model.set({ cut: 't', t: this.model.within('t', time) });
+    this.view.lookAt(place.map((value, i) => value - this.model.center[i]));
   }
 
   /** Shows what a program asks for, as far as the files have it. */
