@@ -52,6 +52,7 @@ __all__ = [
     "rasterize",
     "simplify",
     "sweep",
+    "track",
     "validate",
     "voxelize",
     "weave",
@@ -59,7 +60,7 @@ __all__ = [
 
 MESHES = ("weave", "sweep", "compress", "simplify")
 FOLDERS = ("frames", "voxelize", "rasterize")
-REPORTS = ("measure", "validate", "quality", "collide")
+REPORTS = ("measure", "track", "validate", "quality", "collide")
 
 _SECONDS = 20.0  # that a part is meant to take
 _GONE_SECONDS = 10.0  # without the scheduler before the run ends
@@ -754,6 +755,7 @@ frames = _function("frames")
 voxelize = _function("voxelize")
 rasterize = _function("rasterize")
 measure = _function("measure")
+track = _function("track")
 validate = _function("validate")
 quality = _function("quality")
 collide = _function("collide")

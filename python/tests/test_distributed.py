@@ -79,7 +79,9 @@ def test_a_weave_on_workers_is_that_of_one_process(client, frames, woven, tmp_pa
 
 def test_reports_on_workers_are_those_of_one_process(client, woven, models, tmp_path):  # noqa: F811
     for mesh in (woven, models / "screw.t4d"):
-        for verb, options in (("measure", {"frames": 9}), ("validate", {"deep": True}), ("quality", {})):
+        for verb, options in (
+            ("measure", {"frames": 9}), ("track", {}), ("validate", {"deep": True}), ("quality", {}),
+        ):  # fmt: skip
             report = getattr(many, verb)(mesh, client=client, parts=5, **options)
             report.pop("distributed")
             assert report == getattr(verbs, verb)(mesh, **options)
