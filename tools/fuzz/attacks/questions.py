@@ -44,6 +44,15 @@ def options(attack):
         Run(["simplify", file, "--ratio", "0.5", f"--time-scale={value}", "-o", out], [file], out),
         Run(["track", file, f"--{rng.choice(['min-volume', 'min-duration', 'times', 'frames'])}={value}", "-o",
              attack.path("tracks.svg")], [file]),
+        Run(["track", file, "--ctc", attack.path("masks"), f"--spacing={value}",
+             *rng.choice([[], ["--size", value, 3, 3]]), *rng.choice([[], ["--origin", 0, value, 0]])], [file]),
+        Run(["track", file, f"--part={value}", "--json"], [file]),
+        Run(["track", file, rng.choice(["--contacts", "--events", "--samples"]), attack.path("rows.csv"),
+             *rng.choice([[], ["--surfaces"], [f"--times={value}:1:3"]])], [file]),
+        Run(["filter", file, f"--track={value}", "-o", out], [file], out),
+        Run(["filter", file, "--track", rng.choice([1, 1, 2, 7]), "-o", out], [file], out),
+        Run(["view", file, "--tracks", rng.choice([motion, file, mesh]), "-o", attack.path("page.html")],
+            [file, motion, mesh]),
     ])
 
 
@@ -120,7 +129,7 @@ def reports_of_parts(attack):
     rng = attack.rng
     file = attack.pick("t4d")
     verb = rng.choice([["validate", file], ["validate", file, "--deep"], ["quality", file],
-                       ["measure", file, "--frames", 8]])
+                       ["measure", file, "--frames", 8], ["track", file]])
     count = rng.randrange(1, 1 + min(6, attack.t4d(*verb, "--most-parts").json["parts"]))
 
     def report(name, *command):
