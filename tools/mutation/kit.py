@@ -3,9 +3,11 @@ each mutant: a start of the reader for each of a thousand mutants would take hou
 
 Run as a program, with the folder of a corpus, it reads sources of the reader from standard input, each as its length in bytes and a line end, then
 the bytes, and answers with a line of JSON: the case that notices the mutant, or null. The first source has to be the
-reader as it is: its times order the cases, the quickest first.
+reader as it is: its times order the cases, the quickest first, and a mutant is tried with the cases that reach its
+statement alone.
 """
 
+import ast
 import importlib.util
 import json
 import os
@@ -45,6 +47,7 @@ def late(*_):
 class Case:
     def __init__(self, name, trial, path):
         self.name, self.trial, self.path, self.seconds = name, trial, path, 0.0
+        self.reached = b""  # a byte for each block
 
 
 def cases(corpus, folder):
@@ -74,8 +77,32 @@ class Checksums:
         return self.known[key]
 
 
-def reader_of(source):
+class Blocks(ast.NodeTransformer):
+    """Makes each sequence of statements in functions note that it was reached: `reached[its number] = 1`."""
+
+    def __init__(self, source):
+        self.spans = []  # first and last line of each, outer ones first
+        self.tree = ast.fix_missing_locations(self.visit(ast.parse(source)))
+        self.reached = bytearray(len(self.spans))
+
+    def generic_visit(self, node):
+        inside = isinstance(node, (ast.FunctionDef, ast.If, ast.For, ast.While, ast.With, ast.Try, ast.ExceptHandler))
+        for name in ("body", "orelse", "finalbody") if inside else ():
+            if statements := getattr(node, name, []):
+                self.spans.append((statements[0].lineno, statements[-1].end_lineno))
+                mark = ast.parse(f"reached[{len(self.spans) - 1}] = 1").body
+                setattr(node, name, mark + statements)
+        return super().generic_visit(node)
+
+    def of_line(self, line):
+        """The innermost block that has the line, or None."""
+        having = [i for i, (first, last) in enumerate(self.spans) if first <= line <= last]
+        return having[-1] if having else None
+
+
+def reader_of(source, **more):
     module = types.ModuleType("t4d_reader")
+    module.__dict__.update(more)
     sys.modules["t4d_reader"] = module
     exec(compile(source, "t4d_reader.py", "exec"), module.__dict__)
     return module
@@ -138,13 +165,20 @@ def in_a_child(job):
     return json.loads(text) if status == 0 else [0, f"ends with status {status}"]
 
 
-def measure(reader):
+def measure(reader, reached):
     for case in ALL:
+        reached[:] = bytes(len(reached))
         begin = time.process_time()
         wrong = fault(reader, case)
         case.seconds = time.process_time() - begin
+        case.reached = bytes(reached)
         if wrong:
             raise SystemExit(f"the reader as it is fails in {case.name}: {wrong}")
+
+
+def line_of(right, source):
+    """The line of the first byte that differs."""
+    return right.count(b"\n", 0, len(os.path.commonprefix([right, source]))) + 1
 
 
 def serve():
@@ -155,16 +189,19 @@ def serve():
     while length := stream.readline():
         source = stream.read(int(length))
         if checksums is None:
-            reader = reader_of(source)
-            right = source
+            right, blocks = source, Blocks(source)
+            reader = reader_of(blocks.tree, reached=blocks.reached)
             checksums = reader.crc32c = Checksums(reader.crc32c)
-            measure(reader)
+            measure(reader, blocks.reached)
             print(json.dumps(len(ALL)), file=out, flush=True)
             continue
-        # The mutants before tell which cases notice most.
-        ordered = sorted(range(len(ALL)), key=lambda i: (-killers[i] if killers[i] > 2 else 0, ALL[i].seconds))
         begin, end = right.index(b"def crc_table"), right.index(b"def padded")
         own = source[begin:end] != right[begin:end]
+        block = blocks.of_line(line_of(right, source))
+        # Those of checksums are not reached where a checksum is known already.
+        reaching = [i for i, case in enumerate(ALL) if block is None or own or case.reached[block]]
+        # The mutants before tell which cases notice most.
+        ordered = sorted(reaching, key=lambda i: (-killers[i] if killers[i] > 2 else 0, ALL[i].seconds))
         found = in_a_child(lambda: noticed(source, ordered, checksums, own))
         if found:
             killers[found[0]] += 1
