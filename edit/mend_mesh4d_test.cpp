@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "fixtures/polytopes.h"
+#include "fixtures/star_polytopes.h"
+#include "formats/mesh4d/off4d_reader.h"
 #include "measure/slab_measure.h"
 #include "t4d/edit.h"
 #include "t4d/file.h"
@@ -54,6 +56,23 @@ TEST(MendMesh4d, KeepsAMeshThatFacesOutwardWhateverItsCoordinates) {
         EXPECT_EQ(measure::hypervolumeSign(mesh.vertices, mesh.cells), 1);
       }
     }
+  }
+}
+
+TEST(MendMesh4d, StarPolytopesEncloseTheSumOverTheirFlags) {
+  for (const fixtures::Polytope& polytope : fixtures::starPolytopes()) {
+    auto loaded = formats::readStellaOff({"star.off", fixtures::offText(polytope)});
+    ASSERT_TRUE(loaded) << loaded.error().text();
+    ASSERT_EQ(loaded->bodies.size(), 1U);
+    const auto report = mendMesh4d(loaded->bodies[0]);
+    ASSERT_TRUE(report) << polytope.name << " " << report.error().text();
+    EXPECT_TRUE(report->closed && report->oriented) << polytope.name;
+    EXPECT_NEAR(hypervolume(loaded->bodies[0]) / polytope.hypervolume, 1, 1e-12) << polytope.name;
+    // Faces of two have no triangle in common when they are pulled; the others get centres.
+    const std::size_t corners = polytope.vertices.size();
+    const bool pulled = polytope.name == "{3,3,5/2}" || polytope.name == "{5/2,3,3}";
+    EXPECT_EQ(loaded->bodies[0].vertices.size(),
+              pulled ? corners : corners + polytope.faces.size() + polytope.cells.size());
   }
 }
 

@@ -1,6 +1,8 @@
 #include <array>
 #include <bit>
 #include <cstring>
+#include <map>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -613,6 +615,73 @@ TEST(G4mf, BlendShapesThatDoNotFitAreRefused) {
             "a.g4tf: accessor 3 has a 'vectorSize' of 4, expected 1");
   EXPECT_EQ(problem(R"({"amounts":[1],"shapes":[{"position":{"indices":2}}]})"),
             "a.g4tf: blend shape 0 of mesh 0 lacks indices or offsets");
+}
+
+/// A polytope as vertices, edges, faces that list edges, and cells that list faces.
+std::string g4mfGeometry(const fixtures::Polytope& polytope) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint16_t> edges;
+  std::array<std::string, 4> data;  // vertices, edges, faces, cells
+  const auto addNumber = [](std::string& to, std::size_t number) {
+    to += bytesOf(static_cast<std::uint16_t>(number));
+  };
+  for (const model::Point4& vertex : polytope.vertices) {
+    for (const double coordinate : vertex) data[0] += bytesOf(coordinate);
+  }
+  for (const auto& face : polytope.faces) {
+    addNumber(data[2], face.size());
+    for (std::size_t i = 0; i < face.size(); ++i) {
+      const auto ends = std::minmax(face[i], face[(i + 1) % face.size()]);
+      const auto [edge, isNew] = edges.emplace(ends, edges.size());
+      addNumber(data[2], edge->second);
+      if (!isNew) continue;
+      addNumber(data[1], ends.first);
+      addNumber(data[1], ends.second);
+    }
+  }
+  for (const auto& cell : polytope.cells) {
+    addNumber(data[3], cell.size());
+    for (const std::uint32_t face : cell) addNumber(data[3], face);
+  }
+  std::string views;
+  std::string all;
+  for (const std::string& one : data) {
+    views += fmt::format(R"({}{{"byteLength":{},"byteOffset":{}}})", views.empty() ? "" : ",",
+                         one.size(), all.size());
+    all += one;
+  }
+  return fmt::format(R"({{"asset":{{"dimension":4}},"buffers":[{{"byteLength":{},"uri":{}}}],)"
+                     R"("bufferViews":[{}],"accessors":[)"
+                     R"({{"bufferView":0,"componentType":"float64","vectorSize":4}},)"
+                     R"({{"bufferView":1,"componentType":"uint16","vectorSize":2}},)"
+                     R"({{"bufferView":2,"componentType":"uint16"}},)"
+                     R"({{"bufferView":3,"componentType":"uint16"}}],"meshes":[{{"vertices":0,)"
+                     R"("surfaces":[{{"edges":1,"geometry":[2,3]}}]}}]}})",
+                     all.size(), dataUri(all), views);
+}
+
+TEST(G4mf, PolyhedraOfASurfaceWithoutSimplexesBecomeTetrahedra) {
+  for (const fixtures::Polytope& polytope : fixtures::polytopes()) {
+    LoadedMesh4d loaded = read4dBytes("polytope.g4tf", g4mfGeometry(polytope));
+    ASSERT_EQ(loaded.bodies.size(), 1U);
+    turnOutward(loaded.bodies[0]);
+    EXPECT_NEAR(hypervolumeOf(loaded.bodies), polytope.hypervolume, 1e-12) << polytope.name;
+  }
+  std::string text = g4mfGeometry(fixtures::tesseract());
+  const std::string exchanged = R"("geometry":[3,2])";
+  text.replace(text.find(R"("geometry":[2,3])"), exchanged.size(), exchanged);
+  EXPECT_EQ(error4dOf("a.g4tf", text),
+            "a.g4tf: the geometry of mesh 0 has a number that is out of range");
+}
+
+TEST(G4mf, HiddenNodesAreNoted) {
+  const std::string nodes = R"("nodes":[{"children":[1,2]},{"meshInstance":{"mesh":0}},)"
+                            R"({"visible":false,"children":[3]},{"meshInstance":{"mesh":0}}])";
+  std::string text = sixteenCell("");
+  text.resize(text.find(R"("nodes")"));
+  const LoadedMesh4d loaded = read4dBytes("a.g4tf", text + nodes + "}");
+  EXPECT_EQ(loaded.bodies.size(), 1U);
+  EXPECT_EQ(loaded.notices,
+            std::vector<std::string>{"1 node that the file hides, and what is below, not read"});
 }
 
 TEST(G4mf, WhatIsNotReadIsListedAsLost) {

@@ -15,6 +15,7 @@
 
 #include "formats/mesh4d/g4mf_file.h"
 #include "formats/mesh4d/mesh4d_builder.h"
+#include "formats/mesh4d/polyhedra.h"
 #include "model/amount_text.h"
 #include "t4d/file.h"
 
@@ -105,7 +106,7 @@ class G4mfReader {
     }
     if (loaded_.bodies.empty()) return file_.wrong("holds no tetrahedra");
     std::vector<std::string> skipped;
-    for (const char* member : {"materials", "textures", "lights", "shapes", "skins"}) {
+    for (const char* member : {"materials", "textures", "lights", "skins"}) {
       if (document.contains(member) && !document[member].empty()) skipped.emplace_back(member);
     }
     for (const std::string& member : skipped_) skipped.push_back(member);
@@ -115,6 +116,10 @@ class G4mfReader {
     }
     if (blended_) {
       loaded_.notices.emplace_back("vertices are moved by blend shapes, as much as the file says");
+    }
+    if (hidden_ > 0) {
+      loaded_.notices.push_back(fmt::format("{} that the file hides, and what is below, not read",
+                                            model::counted(hidden_, "node")));
     }
     loaded_.otherFiles = file_.otherFiles();
     return std::move(loaded_);
@@ -185,8 +190,15 @@ class G4mfReader {
     const json& node = file_.document()["nodes"][number];
     const auto placement = placementOf(node, above);
     if (!placement) return placement.error();
-    if (node.contains("camera")) skipped_.insert("cameras");
-    if (node.contains("modelInstance")) skipped_.insert("models of other files");
+    for (const auto& [member, what] :
+         {std::pair{"camera", "cameras"}, std::pair{"light", "lights"},
+          std::pair{"modelInstance", "models of other files"}, std::pair{"physics", "physics"}}) {
+      if (node.contains(member)) skipped_.insert(what);
+    }
+    if (node.value("visible", json(true)) == json(false)) {
+      ++hidden_;
+      return {};
+    }
     const auto instance = node.find("meshInstance");
     const bool isInstance = instance != node.end() && instance->is_object();
     const auto mesh = file_.index(isInstance ? *instance : node, "mesh", "meshes");
@@ -301,6 +313,80 @@ class G4mfReader {
     return {};
   }
 
+  /// Accessors of geometry: a count and so many numbers below `limit`, again and again.
+  Result<std::vector<std::vector<std::uint32_t>>> listsOf(const json& accessor, std::size_t limit,
+                                                          std::uint64_t mesh) {
+    const auto wrong = [&](const char* what) {
+      return file_.wrong(fmt::format("the geometry of mesh {} has {}", mesh, what));
+    };
+    const auto index = file_.index({{"geometry", accessor}}, "geometry", "accessors");
+    if (!index) return index.error();
+    if (!*index) return wrong("no accessor");
+    const auto numbers = file_.accessor(**index, 1);
+    if (!numbers) return numbers.error();
+    std::vector<std::vector<std::uint32_t>> lists;
+    for (std::size_t at = 0; at < numbers->size();) {
+      const double count = (*numbers)[at++];
+      if (!(count >= 3 && count <= static_cast<double>(numbers->size() - at)) ||
+          count != std::floor(count)) {
+        return wrong("an element of fewer than 3 others, or more than follow");
+      }
+      auto& list = lists.emplace_back();
+      for (const auto end = at + static_cast<std::size_t>(count); at < end; ++at) {
+        const double number = (*numbers)[at];
+        if (!(number >= 0 && number < static_cast<double>(limit)) || number != std::floor(number)) {
+          return wrong("a number that is out of range");
+        }
+        list.push_back(static_cast<std::uint32_t>(number));
+      }
+    }
+    return lists;
+  }
+
+  /// The corners of a face, which lists its edges in order around it; none if they do not meet.
+  static std::vector<std::uint32_t> cornersOf(const std::vector<std::uint32_t>& face,
+                                              const std::vector<double>& edges) {
+    std::vector<std::uint32_t> corners;
+    for (std::size_t i = 0; i < face.size(); ++i) {
+      const double* const one = &edges[2 * std::size_t{face[i]}];
+      const double* const next = &edges[2 * std::size_t{face[(i + 1) % face.size()]}];
+      const double* const common = std::find_first_of(one, one + 2, next, next + 2);
+      if (common == one + 2) return {};
+      corners.push_back(static_cast<std::uint32_t>(*common));
+    }
+    return corners;
+  }
+
+  /// Adds the tetrahedra of a surface that has polyhedra, faces and edges in their place. Returns
+  /// whether it has them.
+  Result<bool> addGeometry(const json& surface, std::uint64_t mesh, Mesh4dBuilder& builder) {
+    const auto geometry = surface.find("geometry");
+    const auto edgesIndex = file_.index(surface, "edges", "accessors");
+    if (!edgesIndex) return edgesIndex.error();
+    const bool has = geometry != surface.end() && geometry->is_array() && geometry->size() >= 2;
+    if (!has || !*edgesIndex) return false;
+    const auto edges = file_.accessor(**edgesIndex, 2);
+    if (!edges) return edges.error();
+    const auto faces = listsOf((*geometry)[0], edges->size() / 2, mesh);
+    if (!faces) return faces.error();
+    const auto cells = listsOf((*geometry)[1], faces->size(), mesh);
+    if (!cells) return cells.error();
+    Polyhedra polyhedra;
+    for (const auto& face : *faces) {
+      const auto corners = cornersOf(face, *edges);
+      const bool good = !corners.empty() && std::ranges::all_of(corners, [&](std::uint32_t corner) {
+        return corner < builder.vertexCount();
+      });
+      if (!good) return file_.wrong(fmt::format("a face of mesh {} has no corners", mesh));
+      polyhedra.addFace(corners);
+    }
+    for (const auto& cell : *cells) polyhedra.addCell(cell);
+    const auto notice = polyhedra.addTo(builder);
+    if (!notice) return notice.error();
+    if (!notice->empty()) loaded_.notices.push_back(fmt::format("mesh {}: {}", mesh, *notice));
+    return true;
+  }
+
   Result<void> readMesh(std::uint64_t number, const Placement& placement, const std::string& name,
                         const json& amounts) {
     const json& mesh = file_.document()["meshes"][number];
@@ -328,7 +414,12 @@ class G4mfReader {
       auto cells = file_.index(surface, "simplexes", "accessors");
       if (cells && !*cells) cells = file_.index(surface, "cells", "accessors");
       if (!cells) return cells.error();
-      if (!*cells) continue;
+      if (!*cells) {
+        const auto added = addGeometry(surface, number, builder);
+        if (!added) return added.error();
+        any = any || *added;
+        continue;
+      }
       any = true;
       std::size_t first = 0;
       if (!*shared) {
@@ -375,6 +466,7 @@ class G4mfReader {
   std::vector<bool> seen_;         // nodes
   std::set<std::string> skipped_;  // what nodes and meshes have besides
   bool blended_ = false;
+  std::uint64_t hidden_ = 0;
   std::uint64_t elements_ = 0;  // vertices and tetrahedra so far
 };
 

@@ -36,7 +36,7 @@ ordered_json documentOf(const FlatBodies& mesh) {
       document["bufferViews"].push_back(
           {{"buffer", 0}, {"byteLength", count * bytes}, {"byteOffset", *offset}});
       document["accessors"].push_back({{"bufferView", document["bufferViews"].size() - 1},
-                                       {"primitiveType", type},
+                                       {"componentType", type},
                                        {"vectorSize", 4}});
       *offset += count * bytes;
     }
@@ -107,7 +107,9 @@ Result<void> writeG4mfText(const std::filesystem::path& path, const FlatBodies& 
 Result<void> writeG4mfBinary(const std::filesystem::path& path, const FlatBodies& mesh) {
   auto file = OutputFile::create(path);
   if (!file) return file.error();
-  std::string json = textOf(documentOf(mesh), -1);
+  ordered_json document = documentOf(mesh);
+  document["buffers"][0]["chunk"] = 1;
+  std::string json = textOf(document, -1);
   const std::uint64_t jsonBytes = json.size();
   json.resize((json.size() + 15) / 16 * 16, ' ');
   const std::uint64_t dataBytes =

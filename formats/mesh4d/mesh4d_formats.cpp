@@ -169,6 +169,11 @@ const Mesh4dFormat* formatOf(const InputFile& file) {
 }
 
 Error unknownFormat(const InputFile& file) {
+  if (const auto rank = otherOffRank(std::string_view(file.bytes).substr(0, kBegin))) {
+    return fail(ErrorCode::Unsupported,
+                fmt::format("is {0}OFF, a polytope in {0} dimensions; a 4D mesh is 4OFF", *rank),
+                file.path.string());
+  }
   const std::string extension = lowerCaseExtension(file.path);
   std::vector<std::string> expected;
   for (const Mesh4dFormat& format : table()) {

@@ -1,20 +1,18 @@
 #include "formats/mesh4d/off4d_reader.h"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
 
 #include "formats/mesh4d/mesh4d_builder.h"
-#include "formats/mesh4d/polyhedron.h"
+#include "formats/mesh4d/polyhedra.h"
 #include "formats/text/text_scanner.h"
+#include "model/number.h"
 #include "t4d/file.h"
 
 namespace t4d::formats {
 namespace {
 
-using model::Cell;
 using model::Point4;
 
 // The shortest possible lines, with their ends: "0 0 0 0" and "3 0 1 2".
@@ -120,38 +118,34 @@ class OffScanner {
   std::vector<std::int64_t> counts_;
 };
 
-/// The faces of a Stella file, one after another.
-struct Faces {
-  std::vector<std::uint32_t> corners;
-  std::vector<std::size_t> begin = {0};
-  std::vector<std::uint8_t> uses;  // by cells
+Result<void> readFaces(OffScanner& off, Polyhedra& polyhedra) {
+  std::vector<std::uint32_t> list;
+  for (std::int64_t i = 0; i < off.count(1); ++i) {
+    if (auto done = off.readList(i, off.count(1), "faces", "a vertex", off.count(0), list); !done) {
+      return done;
+    }
+    if (list.size() < 3) return off.text().invalidHere("a face has fewer than 3 corners");
+    polyhedra.addFace(list);
+  }
+  return {};
+}
 
-  std::span<const std::uint32_t> operator[](std::size_t i) const {
-    return std::span(corners).subspan(begin[i], begin[i + 1] - begin[i]);
+Result<void> readCells(OffScanner& off, Polyhedra& polyhedra) {
+  std::vector<std::uint8_t> uses(static_cast<std::size_t>(off.count(1)));
+  std::vector<std::uint32_t> list;
+  for (std::int64_t i = 0; i < off.count(3); ++i) {
+    if (auto done = off.readList(i, off.count(3), "cells", "a face", off.count(1), list); !done) {
+      return done;
+    }
+    if (list.size() < 4) return off.text().invalidHere("a cell has fewer than 4 faces");
+    for (const std::uint32_t face : list) {
+      if (++uses[face] > 2) {
+        return off.text().invalidHere(fmt::format("face {} has more than two cells", face));
+      }
+    }
+    polyhedra.addCell(list);
   }
-};
-
-/// The tetrahedron of which face i is opposite corner i; nothing if the faces are not four
-/// triangles of four vertices.
-std::optional<Cell> tetrahedronOf(std::span<const std::span<const std::uint32_t>> faces) {
-  if (faces.size() != 4) return std::nullopt;
-  std::vector<std::uint32_t> all;
-  for (const auto& face : faces) {
-    if (face.size() != 3) return std::nullopt;
-    all.insert(all.end(), face.begin(), face.end());
-  }
-  std::ranges::sort(all);
-  all.erase(std::unique(all.begin(), all.end()), all.end());
-  if (all.size() != 4) return std::nullopt;
-  Cell cell{};
-  for (std::size_t i = 0; i < 4; ++i) {
-    const auto opposite = std::ranges::find_if(all, [&](std::uint32_t corner) {
-      return std::ranges::find(faces[i], corner) == faces[i].end();
-    });
-    if (opposite == all.end()) return std::nullopt;
-    cell[i] = *opposite;
-  }
-  return cell;
+  return {};
 }
 
 }  // namespace
@@ -171,6 +165,13 @@ bool isGeomviewOff(std::string_view begin) {
   return keyword.ends_with("nOFF");
 }
 
+std::optional<unsigned> otherOffRank(std::string_view begin) {
+  const std::string keyword = headOf(begin).keyword;
+  if (!keyword.ends_with("OFF")) return std::nullopt;
+  const auto rank = model::numberIn<unsigned>(keyword.substr(0, keyword.size() - 3));
+  return rank == 4U ? std::nullopt : rank;
+}
+
 Result<LoadedMesh4d> readStellaOff(const InputFile& file) {
   OffScanner off(file, 4);
   if (auto done = off.readCounts({"the number of vertices", "the number of faces",
@@ -179,51 +180,17 @@ Result<LoadedMesh4d> readStellaOff(const InputFile& file) {
     return done.error();
   }
   if (auto done = off.readVertices(off.count(0)); !done) return done.error();
-  Faces faces;
-  std::vector<std::uint32_t> list;
-  for (std::int64_t i = 0; i < off.count(1); ++i) {
-    if (auto done = off.readList(i, off.count(1), "faces", "a vertex", off.count(0), list); !done) {
-      return done.error();
-    }
-    if (list.size() < 3) return off.text().invalidHere("a face has fewer than 3 corners");
-    faces.corners.insert(faces.corners.end(), list.begin(), list.end());
-    faces.begin.push_back(faces.corners.size());
-  }
-  faces.uses.resize(static_cast<std::size_t>(off.count(1)));
-  std::uint64_t split = 0;
-  std::vector<std::span<const std::uint32_t>> ofCell;
-  for (std::int64_t i = 0; i < off.count(3); ++i) {
-    if (auto done = off.readList(i, off.count(3), "cells", "a face", off.count(1), list); !done) {
-      return done.error();
-    }
-    if (list.size() < 4) return off.text().invalidHere("a cell has fewer than 4 faces");
-    ofCell.clear();
-    for (const std::uint32_t face : list) {
-      if (++faces.uses[face] > 2) {
-        return off.text().invalidHere(fmt::format("face {} has more than two cells", face));
-      }
-      ofCell.push_back(faces[face]);
-    }
-    Result<void> added;
-    const auto add = [&](const Cell& cell) {
-      if (added)
-        added = off.mesh().addCell({cell[0], cell[1], cell[2], cell[3]}, 0, off.text().line());
-    };
-    if (const auto tetrahedron = tetrahedronOf(ofCell)) {
-      add(*tetrahedron);
-    } else {
-      ++split;
-      pullPolyhedron(ofCell, add);
-    }
-    if (!added) return added.error();
-  }
+  Polyhedra polyhedra;
+  if (auto done = readFaces(off, polyhedra); !done) return done.error();
+  if (auto done = readCells(off, polyhedra); !done) return done.error();
   if (auto done = off.end("the cells"); !done) return done.error();
+  auto notice = polyhedra.addTo(off.mesh());
+  if (!notice) return notice.error();
   auto loaded = std::move(off.mesh()).finish();
   if (!loaded) return loaded;
   loaded->dialect = "Stella";
-  if (split > 0) {
-    loaded->notices.push_back(fmt::format("{}: {} polyhedral cells are split into tetrahedra",
-                                          file.path.string(), split));
+  if (!notice->empty()) {
+    loaded->notices.push_back(fmt::format("{}: {}", file.path.string(), *notice));
   }
   return loaded;
 }

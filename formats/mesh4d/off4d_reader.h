@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string_view>
 
 #include "formats/input_file.h"
@@ -8,9 +9,9 @@
 /// OFF files of 4D meshes. Three programs have made three formats of it, with headers that do not
 /// tell them apart:
 /// * Stella and Miratope, `4OFF` and four counts `V F E C`: faces list vertices, cells list faces.
-///   Cells are convex polyhedra, and become tetrahedra by pulling (polyhedron.h). Four triangles
-///   are one tetrahedron, whose corner i is opposite its face i: so our own files keep their
-///   orientation. Other cells have none.
+///   Cells are polyhedra, and become tetrahedra (polyhedra.h). Four triangles are one tetrahedron,
+///   whose corner i is opposite its face i: so our own files keep their orientation. Other cells
+///   have none.
 /// * IJK, `4OFF` and three counts `V T 0`: each line `4 a b c d` is a tetrahedron.
 /// * Geomview: polygons only. In `4OFF` with three counts the fourth number divides the others; in
 ///   `nOFF`, with a line for the dimension, it does not.
@@ -20,6 +21,10 @@ namespace t4d::formats {
 bool isStellaOff(std::string_view begin);
 bool isIjkOff(std::string_view begin);
 bool isGeomviewOff(std::string_view begin);
+
+/// The number of dimensions in a header such as `5OFF`, the form of Stella and Miratope for
+/// polytopes in more or fewer of them; nothing for other text and for `4OFF`.
+std::optional<unsigned> otherOffRank(std::string_view begin);
 
 Result<LoadedMesh4d> readStellaOff(const InputFile& file);
 Result<LoadedMesh4d> readIjkOff(const InputFile& file);

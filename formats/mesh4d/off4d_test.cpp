@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include "formats/mesh4d/polyhedron.h"
 #include "formats/mesh4d/test_mesh4d.h"
 #include "t4d/file.h"
@@ -52,6 +54,11 @@ TEST(IjkOff, ATinyOrHugeSimplexIsNotFlat) {
                                size));
     EXPECT_EQ(loaded.dialect, "IJK") << size;
   }
+}
+
+TEST(StellaOff, OtherRanksAreNamed) {
+  EXPECT_EQ(error4dOf("a.off", "5OFF\n6 15 20 15 6\n"),
+            "a.off: is 5OFF, a polytope in 5 dimensions; a 4D mesh is 4OFF");
 }
 
 TEST(GeomviewOff, IsToldApartAndRefused) {
