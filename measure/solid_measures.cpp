@@ -104,6 +104,13 @@ Result<std::vector<std::vector<SolidMeasures>>> measuresOfEach(std::span<const m
           outcomes[run] = slices[k].error();
           return;
         }
+        if (!isClosed(slices[k]->mesh)) {
+          outcomes[run] =
+              invalid(fmt::format("the slice at time {} is not closed, so that it has no volume",
+                                  times[there[k]]),
+                      placeIn({}, fmt::format("body '{}'", bodies[b].name)));
+          return;
+        }
         measures[b][there[k]].add(measuresOf(slices[k]->mesh));
       }
     }

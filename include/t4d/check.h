@@ -136,7 +136,8 @@ SolidMeasures measuresOf(const model::TriangleMesh& mesh);
 
 /// Each body at each of `times`, which may be in any order; that of nothing when it does not exist.
 /// Several times are sliced at once, one on each thread, which has a slab in memory. Fails for a
-/// time before the first body or after the last, and if slicing does.
+/// time before the first body or after the last, for a slice that is not closed, and if slicing
+/// does.
 Result<std::vector<std::vector<SolidMeasures>>> measuresOfEach(
     std::span<const model::Body> bodies, std::span<const double> times,
     const model::Progress& progress = {});

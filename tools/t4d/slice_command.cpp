@@ -56,9 +56,10 @@ std::optional<std::string> misuseOf(const SliceArguments& options) {
 void printReport(const SliceArguments& options, const verbs::Input& input,
                  const verbs::SliceReport& made) {
   const verbs::SliceOptions& how = options.slice;
-  print("{}{}, {}, {}; volume {:.12g}, area {:.12g}\n", how.output.empty() ? "" : how.output + ": ",
+  print("{}{}, {}, {}area {:.12g}\n", how.output.empty() ? "" : how.output + ": ",
         counted(made.vertices, "vertex", "vertices"), counted(made.triangles, "triangle"),
-        made.closed ? "closed" : "NOT CLOSED", made.volume, made.area);
+        made.closed ? fmt::format("closed; volume {:.12g}, ", made.volume) : "NOT CLOSED; ",
+        made.area);
   print("  read {} of {}, {}{}\n", sizeText(made.bytesRead), sizeText(input.reader->fileBytes()),
         counted(made.slabsRead, "slab"),
         made.requests > 0 ? ", in " + counted(made.requests, "request") : "");

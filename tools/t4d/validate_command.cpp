@@ -26,8 +26,10 @@ void printText(const std::string& path, const verbs::Validation& validation) {
     print("\n  {}, {} in {}, {}\n", counted(mesh.vertices, "vertex", "vertices"),
           counted(mesh.tetrahedra, "tetrahedron", "tetrahedra"), counted(mesh.slabs, "slab"),
           counted(mesh.components, "component"));
-    print("  hypervolume {:.12g}, 3-volume of the boundary {:.12g}, {}\n", mesh.hypervolume,
-          mesh.boundaryVolume, counted(mesh.degenerateCells, "degenerate cell"));
+    print(
+        "  {}3-volume of the boundary {:.12g}, {}\n",
+        mesh.closed && mesh.oriented ? fmt::format("hypervolume {:.12g}, ", mesh.hypervolume) : "",
+        mesh.boundaryVolume, counted(mesh.degenerateCells, "degenerate cell"));
   }
   for (const measure::Issue& issue : validation.issues.issues) {
     static constexpr const char* kNames[] = {"error", "warning", "information", "hint"};

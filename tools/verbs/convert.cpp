@@ -88,7 +88,7 @@ class LostNames {
   LostNames(const formats::Mesh4dFormat& format, std::vector<std::string>& losses)
       : format_(&format), losses_(&losses) {}
 
-  void add(const char* what, const std::set<std::string>& names) {
+  void add(const char* what, const auto& names) {
     if (names.empty()) return;
     losses_->push_back(
         fmt::format("{} not kept by {}: {}", what, format_->id, fmt::join(names, ", ")));
@@ -120,12 +120,22 @@ std::set<std::string> furtherMembers(const formats::Metadata& metadata) {
 Result<void> addLostMetadata(const formats::Mesh4dFormat& format, ConvertInput& input) {
   const formats::Metadata& metadata = input.metadata;
   LostNames lost(format, input.losses);
-  input.losses.push_back(fmt::format(
-      "metadata not kept by {}: units, the upward axis, how the mesh was made", format.id));
-  if (!metadata.space.empty()) lost.add("the anatomical space", {metadata.space});
+  std::vector<std::string_view> general;
+  if (!metadata.lengthUnit.empty() || !metadata.timeUnit.empty()) general.push_back("units");
+  if (metadata.up != formats::Metadata().up) general.push_back("the upward axis");
+  if (!metadata.backend.empty() || metadata.detailsJson != "{}") {
+    general.push_back("how the mesh was made");
+  }
+  lost.add("metadata", general);
+  if (!metadata.space.empty()) lost.add("the anatomical space", std::set{metadata.space});
   std::set<std::string> kinds;
   for (const auto& [attribute, meaning] : metadata.attributes) kinds.insert(attribute);
   lost.add("kinds and units of attributes", kinds);
+  std::set<std::string> detailed;
+  for (const formats::BodyInfo& body : metadata.bodies) {
+    if (body.detailsJson != "{}") detailed.insert(body.name);
+  }
+  lost.add("details of bodies", detailed);
   lost.add("further members of the metadata", furtherMembers(metadata));
   std::set<std::string> types;
   const auto addType = [&](const auto& /*file*/, const auto& header) -> Result<void> {

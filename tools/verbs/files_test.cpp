@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "fixtures/polytopes.h"
+#include "formats/output_file.h"
 #include "formats/test_files.h"
 #include "formats/text/base64.h"
 #include "t4d/check.h"
@@ -73,7 +75,8 @@ TEST(Convert, ThereAndBackKeepsTheHypervolume) {
   ASSERT_TRUE(converted) << converted.error().text();
   EXPECT_EQ(converted->from, "t4d");
   EXPECT_EQ(converted->to, "medit");
-  EXPECT_THAT(converted->losses, testing::Contains(HasSubstr("metadata not kept by medit")));
+  EXPECT_EQ(converted->losses,
+            std::vector<std::string>{"attributes not kept by medit: kind, triangle"});
   const std::string back = temporaryPath("back.t4d").string();
   const auto again = convert({.input = there, .output = back, .slabs = 2});
   ASSERT_TRUE(again) << again.error().text();
@@ -82,6 +85,35 @@ TEST(Convert, ThereAndBackKeepsTheHypervolume) {
   const json value = json::parse(jsonOf(*again, 1));
   EXPECT_EQ(value["in"]["format"], "medit");
   EXPECT_EQ(value["out"]["format"], "t4d");
+}
+
+TEST(Convert, WhatAFileHasIsLostAndNothingElse) {
+  const std::string off = temporaryPath("16-cell.off").string();
+  ASSERT_TRUE(formats::writeOutputFile(off, fixtures::offText(fixtures::cell16())));
+  const std::string plain = temporaryPath("plain.t4d").string();
+  ASSERT_TRUE(convert({.input = off, .output = plain}));
+  const auto lossesWith = [&](const formats::Metadata& metadata) {
+    const std::string file = temporaryPath("16-cell.t4d").string();
+    const auto reader = formats::T4dReader::open(plain);
+    auto writer = formats::T4dWriter::create(file, metadata);
+    EXPECT_TRUE(writer && model::pump(reader->body(0), writer->body(0)) && writer->finish());
+    const auto report = convert({.input = file, .output = off});
+    EXPECT_TRUE(report);
+    return report->losses;
+  };
+  formats::Metadata metadata;
+  metadata.bodies = {{"16-cell"}};
+  EXPECT_THAT(lossesWith(metadata), testing::IsEmpty());
+  metadata.timeUnit = "s";
+  metadata.bodies[0].detailsJson = R"({"mass":2})";
+  EXPECT_THAT(lossesWith(metadata),
+              testing::ElementsAre("metadata not kept by off-stella: units",
+                                   "details of bodies not kept by off-stella: 16-cell"));
+  metadata.up = "z";
+  metadata.detailsJson = R"({"source":"a program"})";
+  EXPECT_THAT(lossesWith(metadata),
+              testing::Contains("metadata not kept by off-stella: units, the upward axis, how the "
+                                "mesh was made"));
 }
 
 TEST(Convert, RefusesFormatsThatThereAreNotAndWhatAT4dExcludes) {

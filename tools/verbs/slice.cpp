@@ -21,6 +21,8 @@
 namespace t4d::verbs {
 namespace {
 
+using nlohmann::ordered_json;
+
 using Sections = std::vector<formats::NamedMesh>;
 
 slice::Hyperplane hyperplaneOf(const SliceOptions& options) {
@@ -290,29 +292,29 @@ Result<SliceReport> sliceMesh(const Input& input, const SliceOptions& options, O
 std::string jsonOf(const SliceReport& report) {
   const auto& velocity = report.velocity;
   const auto known = [&](const auto& value) {
-    return velocity ? nlohmann::ordered_json(value) : nlohmann::ordered_json();
+    return velocity ? ordered_json(value) : nlohmann::ordered_json();
   };
   const slice::VelocityReport of = velocity.value_or(slice::VelocityReport());
-  return jsonText({{"vertices", report.vertices},
-                   {"triangles", report.triangles},
-                   {"closed", report.closed},
-                   {"volume", report.volume},
-                   {"area", report.area},
-                   {"slabs_read", report.slabsRead},
-                   {"slabs_skipped", report.slabsSkipped},
-                   {"blocks_read", report.blocksRead},
-                   {"bytes_read", report.bytesRead},
-                   {"requests", report.requests},
-                   {"light", report.light},
-                   {"distance", report.distance},
-                   {"volume_rate", known(of.volumeRate)},
-                   {"max_speed", known(of.maxSpeed)},
-                   {"clamped", known(of.clamped)},
-                   {"velocity_of", known(of.ofPoints ? "points" : "surface")},
-                   {"color_range", orNull(report.colorRange)},
-                   {"quantization_error", orNull(report.quantizationError)},
-                   {"merge_distance", report.merge ? nlohmann::ordered_json(report.merge->distance)
-                                                   : nlohmann::ordered_json()}});
+  return jsonText(
+      {{"vertices", report.vertices},
+       {"triangles", report.triangles},
+       {"closed", report.closed},
+       {"volume", report.closed ? ordered_json(report.volume) : ordered_json()},
+       {"area", report.area},
+       {"slabs_read", report.slabsRead},
+       {"slabs_skipped", report.slabsSkipped},
+       {"blocks_read", report.blocksRead},
+       {"bytes_read", report.bytesRead},
+       {"requests", report.requests},
+       {"light", report.light},
+       {"distance", report.distance},
+       {"volume_rate", known(of.volumeRate)},
+       {"max_speed", known(of.maxSpeed)},
+       {"clamped", known(of.clamped)},
+       {"velocity_of", known(of.ofPoints ? "points" : "surface")},
+       {"color_range", orNull(report.colorRange)},
+       {"quantization_error", orNull(report.quantizationError)},
+       {"merge_distance", report.merge ? ordered_json(report.merge->distance) : ordered_json()}});
 }
 
 }  // namespace t4d::verbs

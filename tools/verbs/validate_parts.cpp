@@ -272,7 +272,9 @@ ordered_json jsonOf(const Validation& validation, bool deep) {
   };
   measure("closed", &MeshReport::closed);
   measure("oriented", &MeshReport::oriented);
-  measure("hypervolume", &MeshReport::hypervolume);
+  // A mesh with gaps, or with sides that disagree, encloses nothing in particular.
+  const bool encloses = validation.mesh && validation.mesh->closed && validation.mesh->oriented;
+  value["hypervolume"] = encloses ? ordered_json(validation.mesh->hypervolume) : ordered_json();
   measure("boundary_volume", &MeshReport::boundaryVolume);
   measure("components", &MeshReport::components);
   measure("degenerate_cells", &MeshReport::degenerateCells);

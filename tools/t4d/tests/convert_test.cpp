@@ -97,7 +97,8 @@ TEST_F(Program, ConvertListsWhatAnotherFormatDoesNotKeepOfAFile) {
     EXPECT_EQ(done.exitCode, 3);
     return done.err;
   };
-  EXPECT_THAT(lossOf("cube.t4d"), testing::HasSubstr("upward axis, how the mesh was made\n"));
+  EXPECT_THAT(lossOf("cube.t4d"),
+              testing::HasSubstr("metadata not kept by vtu: how the mesh was made\n"));
   ASSERT_EQ(run("transform cube.t4d --space RAS -o patient.t4d").exitCode, 0);
   EXPECT_THAT(lossOf("patient.t4d"),
               testing::HasSubstr("the anatomical space not kept by vtu: RAS\n"));
