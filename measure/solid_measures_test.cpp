@@ -32,6 +32,25 @@ TEST(SolidMeasures, OfABoxAreTheClosedFormFarFromTheOrigin) {
   }
 }
 
+TEST(SolidMeasures, AreRefusedOfASliceThatIsNotClosed) {
+  // A simplex without one of its five sides, which is there at any time but the first.
+  auto connectivity = std::make_shared<model::Connectivity>();
+  connectivity->vertexCount = 5;
+  connectivity->cells = {{1, 2, 3, 4}, {2, 0, 3, 4}, {0, 1, 3, 4}, {0, 1, 2, 3}};
+  model::Slab slab;
+  slab.timeEnd = 1;
+  slab.vertices.push_back(model::Point4::Zero());
+  for (int i = 0; i < 4; ++i) slab.vertices.push_back(model::Point4::Unit(i));
+  slab.connectivity = connectivity;
+  model::Mesh mesh;
+  ASSERT_TRUE(mesh.put(slab));
+  const std::vector<model::Body> bodies = {{"open", &mesh}};
+  const auto found = measuresOfEach(bodies, std::vector<double>{0.3});
+  ASSERT_FALSE(found);
+  EXPECT_EQ(found.error().text(),
+            "body 'open': the slice at time 0.3 is not closed, so that it has no volume");
+}
+
 TEST(SolidMeasures, TellComponentsFromCavitiesAndCountHandles) {
   const SolidMeasures torus = measuresOf(fixtures::torus(2, 0.5, 24, 12));
   EXPECT_EQ(torus.components, 1U);

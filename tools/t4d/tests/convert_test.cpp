@@ -80,6 +80,7 @@ TEST_F(Program, ConvertMendsCutsAndRefuses) {
   const Finished open = run("convert open.off open.t4d --allow-open --json");
   EXPECT_EQ(open.exitCode, 0);
   EXPECT_FALSE(open.value()["closed"]);
+  EXPECT_TRUE(run("validate open.t4d --json").value()["hypervolume"].is_null());
   refuses("convert open.t4d no.off", "--allow-open");
   refuses("convert whole.off whole.off", "is an input of this run", 2);
   refuses("convert whole.off out.xyz", "unsupported output extension", 2);
