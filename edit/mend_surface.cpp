@@ -188,6 +188,8 @@ const char* nameOf(SurfaceFault kind) {
       return "non-manifold";
     case SurfaceFault::Remeshed:
       return "remeshed";
+    case SurfaceFault::Hull:
+      return "hull";
   }
   return "";
 }

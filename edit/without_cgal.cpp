@@ -1,4 +1,5 @@
 // What a build without CGAL has of the functions that need it.
+#include "edit/convex_hull.h"
 #include "edit/fill_hole.h"
 #include "edit/outer_surface.h"
 #include "edit/surface_crossings.h"
@@ -7,11 +8,16 @@ namespace t4d::edit {
 namespace {
 
 Error noCgal() {
-  return fail(ErrorCode::Unsupported,
-              "this build has no CGAL, which filling holes and taking the outer surface need");
+  return fail(
+      ErrorCode::Unsupported,
+      "this build has no CGAL, which filling holes, hulls and taking the outer surface need");
 }
 
 }  // namespace
+
+Result<model::TriangleMesh> convexHull(std::span<const model::Point3> /*points*/) {
+  return noCgal();
+}
 
 bool findsCrossings() { return false; }
 

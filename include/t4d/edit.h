@@ -45,6 +45,7 @@ enum class SurfaceFault : std::uint8_t {
   Crossing,     ///< pairs of triangles that met; the outer surface was taken
   NonManifold,  ///< vertices and edges where surfaces touched, taken apart
   Remeshed,     ///< triangles of a new surface in place of the input's
+  Hull,         ///< triangles of the convex hull in place of the input's
 };
 
 struct SurfaceChange {
@@ -110,6 +111,13 @@ struct MendSurfaceReport {
 Result<MendSurfaceReport> mendSurface(model::TriangleMesh& mesh,
                                       const MendSurfaceOptions& options = {},
                                       const model::Progress& progress = {});
+
+/// Replaces a surface, closed or not, by the convex hull of its triangles, whose vertices are some
+/// of its own: an upper bound of the solid, as planners of robots take it. Of the report, the
+/// change is a Hull, and nothing is lost; the Hausdorff distance may be too small by a thousandth
+/// of the diagonal. Attributes are those of the nearest points. Fails if all points are in a plane,
+/// and in a build without CGAL; on failure nothing is changed.
+Result<MendSurfaceReport> hullSurface(model::TriangleMesh& mesh);
 
 struct SimplifyOptions {
   /// The fraction of the cells to keep: above 0, at most 1.
