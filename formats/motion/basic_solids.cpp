@@ -69,18 +69,24 @@ TriangleMesh cylinderMesh(double radius, double length) {
   return mesh;
 }
 
-TriangleMesh sphereMesh(double radius) {
+TriangleMesh sphereMesh(double radius) { return capsuleMesh(radius, 0); }
+
+TriangleMesh capsuleMesh(double radius, double length) {
   constexpr int kRows = kRoundSides / 2;
   TriangleMesh mesh;
-  for (int row = 1; row < kRows; ++row) {
+  std::uint32_t rings = 0;
+  const auto add = [&](int row, double z) {
     const double angle = std::numbers::pi * row / kRows;
-    addRing(mesh, radius * std::sin(angle), -radius * std::cos(angle));
-    if (row > 1) joinRings(mesh, static_cast<std::uint32_t>((row - 2) * kRoundSides));
-  }
-  mesh.vertices.emplace_back(0, 0, -radius);
+    addRing(mesh, radius * std::sin(angle), z - radius * std::cos(angle));
+    if (rings > 0) joinRings(mesh, (rings - 1) * kRoundSides);
+    ++rings;
+  };
+  for (int row = 1; row <= kRows / 2; ++row) add(row, -length / 2);
+  for (int row = length > 0 ? kRows / 2 : kRows / 2 + 1; row < kRows; ++row) add(row, length / 2);
+  mesh.vertices.emplace_back(0, 0, -length / 2 - radius);
   closeRing(mesh, 0, false);
-  mesh.vertices.emplace_back(0, 0, radius);
-  closeRing(mesh, static_cast<std::uint32_t>((kRows - 2) * kRoundSides), true);
+  mesh.vertices.emplace_back(0, 0, length / 2 + radius);
+  closeRing(mesh, (rings - 1) * kRoundSides, true);
   return mesh;
 }
 

@@ -11,6 +11,9 @@ model::TriangleMesh cylinderMesh(double radius, double length);
 /// Of kRoundSides meridians and half as many rows of latitude, inscribed in the sphere.
 model::TriangleMesh sphereMesh(double radius);
 
+/// A cylinder along z between two halves of a sphere; `length` is that of the cylinder alone.
+model::TriangleMesh capsuleMesh(double radius, double length);
+
 /// Surfaces are within 1 - cos(pi / kRoundSides) = 0.12 % of the radius, those of spheres 0.25 %.
 inline constexpr int kRoundSides = 64;
 

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "formats/motion/joint_log.h"
 #include "formats/motion/time_column.h"
 #include "formats/text/number_table.h"
 
@@ -46,8 +47,9 @@ std::optional<std::string> jointOf(std::string_view name) {
 
 class JointTableReader {
  public:
-  JointTableReader(const InputFile& file, const std::string& timeUnit)
-      : file_(file), timeUnit_(timeUnit), table_(file) {}
+  JointTableReader(const InputFile& file, const std::string& timeUnit,
+                   const std::set<std::string>& joints)
+      : file_(file), timeUnit_(timeUnit), joints_(joints), table_(file) {}
 
   Result<JointTable> read() {
     if (auto begun = table_.begin(hasTime); !begun) return begun.error();
@@ -101,7 +103,7 @@ class JointTableReader {
     std::string unitless;
     std::string unit;
     if (nameColumns_.empty()) {
-      if (!TimeColumn::isTime(name)) joint = jointOf(name);
+      if (!TimeColumn::isTime(name)) joint = isJoint(name) ? name : jointOf(name);
       const ColumnName parts = columnName(joint.value_or(""));
       // Names of joints keep their case.
       unitless = joint.value_or("").substr(0, parts.base.size());
@@ -125,6 +127,11 @@ class JointTableReader {
     namedBy_.push_back(namedBy);
     made_.columns.push_back({*joint, unitless, unit, {}});
     return {};
+  }
+
+  /// Whether a column is a joint that is asked for, with or without its unit.
+  bool isJoint(const std::string& name) const {
+    return joints_.contains(name) || joints_.contains(name.substr(0, columnName(name).base.size()));
   }
 
   Result<void> addRow() {
@@ -175,6 +182,7 @@ class JointTableReader {
 
   const InputFile& file_;
   const std::string& timeUnit_;
+  const std::set<std::string>& joints_;
   NumberTable table_;
   TimeColumn time_;
   std::vector<std::size_t> nameColumns_;
@@ -197,8 +205,13 @@ JointTable::Found JointTable::find(const std::string& joint) const {
   return {};
 }
 
-Result<JointTable> readJointTable(const InputFile& file, const std::string& timeUnit) {
-  return JointTableReader(file, timeUnit).read();
+Result<JointTable> readJointTable(const InputFile& file, const std::string& timeUnit,
+                                  const std::set<std::string>& joints) {
+  auto log = tableOfLog(file);
+  if (!log) return log.error();
+  if (!*log) return JointTableReader(file, timeUnit, joints).read();
+  const InputFile table{file.path, std::move(**log)};
+  return JointTableReader(table, timeUnit, joints).read();
 }
 
 }  // namespace t4d::formats

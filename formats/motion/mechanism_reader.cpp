@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <set>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -14,6 +15,7 @@
 #include "formats/gltf/gltf_reader.h"
 #include "formats/motion/basic_solids.h"
 #include "formats/motion/joint_table.h"
+#include "formats/motion/urdf_reader.h"
 #include "formats/t4d/names.h"
 #include "formats/text/json_check.h"
 #include "formats/text/json_object.h"
@@ -66,8 +68,9 @@ class MechanismParser {
   explicit MechanismParser(const InputFile& file) : file_(file), name_(file.path.string()) {}
 
   Result<LoadedMechanism> parse(const json& value) {
-    const JsonObject whole(value, placeIn(name_, "mechanism"),
-                           {"$schema", "length_unit", "time_unit", "angle_unit", "bodies"});
+    const JsonObject whole(
+        value, placeIn(name_, "mechanism"),
+        {"$schema", "length_unit", "time_unit", "angle_unit", "bodies", "robots"});
     loaded_.lengthUnit = whole.text("length_unit");
     loaded_.timeUnit = whole.text("time_unit");
     angleUnit_ = whole.text("angle_unit");
@@ -75,15 +78,10 @@ class MechanismParser {
       refuseJson(fmt::format("is '{}', expected deg or rad", angleUnit_),
                  whole.where("angle_unit"));
     }
-    if (whole.array("bodies").size() > kMostLinks) {
-      refuseJson(fmt::format("has {} bodies, expected at most {}", whole.array("bodies").size(),
-                             kMostLinks),
-                 whole.where("bodies"));
-    }
-    for (const json& body : whole.array("bodies")) {
-      readBody(body, placeIn(name_, fmt::format("bodies[{}]", bodies_.size())));
-    }
-    if (bodies_.empty()) refuseJson("is empty, expected a body or more", whole.where("bodies"));
+    const bool hasRobots = whole.has("robots") && !whole.array("robots").empty();
+    if (!hasRobots || whole.has("bodies")) readBodies(whole);
+    if (bodies_.empty() && !hasRobots)
+      refuseJson("is empty, expected a body or more", whole.where("bodies"));
     sortBodies(whole.where("bodies"));
     for (std::size_t i = 0; i < bodies_.size(); ++i) readMotion(i);
     for (std::size_t i = 0; i < bodies_.size(); ++i) addLink(i);
@@ -92,6 +90,12 @@ class MechanismParser {
       if (auto added = addSolid(i); !added) errors.push_back(std::move(added.error()));
     }
     if (!errors.empty()) return allErrors(std::move(errors));
+    if (hasRobots) {
+      std::size_t number = 0;
+      for (const json& robot : whole.array("robots")) {
+        addRobot(robot, placeIn(name_, fmt::format("robots[{}]", number++)));
+      }
+    }
     if (loaded_.solids.empty()) {
       refuseJson("have no solid, expected one or more", whole.where("bodies"));
     }
@@ -107,6 +111,68 @@ class MechanismParser {
     return {value,
             where,
             {"name", "solid", "unit", "position", "quaternion", "parent", "joint", "motion"}};
+  }
+
+  void readBodies(const JsonObject& whole) {
+    if (whole.array("bodies").size() > kMostLinks) {
+      refuseJson(fmt::format("has {} bodies, expected at most {}", whole.array("bodies").size(),
+                             kMostLinks),
+                 whole.where("bodies"));
+    }
+    for (const json& body : whole.array("bodies")) {
+      readBody(body, placeIn(name_, fmt::format("bodies[{}]", bodies_.size())));
+    }
+  }
+
+  void addRobot(const json& value, const Place& where) {
+    const JsonObject object(
+        value, where, {"name", "robot", "motion", "geometry", "position", "quaternion", "parent"});
+    object.need("robot");
+    object.need("motion");
+    const std::filesystem::path folder = file_.path.parent_path();
+    const std::filesystem::path path = folder / object.text("robot");
+    if (loaded_.lengthUnit.empty()) loaded_.lengthUnit = "m";
+    takeTimeUnit("s");
+    UrdfOptions how;
+    how.geometry = object.text("geometry");
+    if (!how.geometry.empty() && how.geometry != "collision" && how.geometry != "visual") {
+      refuseJson(fmt::format("is '{}', expected collision or visual", how.geometry),
+                 object.where("geometry"));
+    }
+    how.place = placeOf(object);
+    how.lengthUnit = loaded_.lengthUnit;
+    how.timeUnit = loaded_.timeUnit;
+    auto robot = readUrdf(path, folder / object.text("motion"), how);
+    if (!robot) throw JsonRefusal{robot.error()};
+    std::size_t parent = Link::kWorld;
+    if (const std::string on = object.text("parent"); !on.empty()) {
+      const std::size_t body = numberOf(on);
+      if (body == Link::kWorld) {
+        refuseJson(fmt::format("is '{}', which is not a body; bodies are {}", on, allNames()),
+                   object.where("parent"));
+      }
+      parent = linkOf_[body];
+    }
+    loaded_.otherFiles.push_back(path);
+    const std::string twice = addMechanism(std::move(*robot), object.text("name"), parent, loaded_);
+    if (twice.empty()) return;
+    refuseJson(fmt::format("has a link {}, a name that is taken; give the robot a name of its own",
+                           inSingleQuotes(twice)),
+               object.where());
+  }
+
+  /// `position` and `quaternion`.
+  static model::Pose placeOf(const JsonObject& object) {
+    model::Pose place;
+    place.translation = object.numbers<3>("position", model::Point3::Zero());
+    checkSize(place.translation.cwiseAbs().maxCoeff(), object.where("position"));
+    const Eigen::Vector4d q = object.numbers<4>("quaternion", Eigen::Vector4d::UnitW());
+    constexpr double kRounded = 1e-6;
+    if (!(std::abs(q.norm() - 1) <= kRounded)) {
+      refuseJson(fmt::format("has length {}, expected 1", q.norm()), object.where("quaternion"));
+    }
+    place.rotation = Eigen::Quaterniond(q[3], q[0], q[1], q[2]).normalized().toRotationMatrix();
+    return place;
   }
 
   void readBody(const json& value, const Place& where) {
@@ -348,7 +414,7 @@ class MechanismParser {
     if (known != tables_.end()) return known->second;
     auto file = readInputFile(path);
     if (!file) refuseJson(fmt::format("names {}", file.error().text()), where);
-    auto table = readJointTable(*file, loaded_.timeUnit);
+    auto table = readJointTable(*file, loaded_.timeUnit, namedColumns());
     if (!table) throw JsonRefusal{table.error()};
     takeTimeUnit(table->timeUnit);
     if (!table->notices.empty()) {
@@ -357,6 +423,17 @@ class MechanismParser {
     }
     loaded_.otherFiles.push_back(path);
     return tables_.emplace(path, std::move(*table)).first->second;
+  }
+
+  /// The columns that motions name, of any table.
+  std::set<std::string> namedColumns() const {
+    std::set<std::string> names;
+    for (const FileBody& body : bodies_) {
+      const json motion = body.value->value("motion", json());
+      if (!motion.is_object() || !motion.contains("column")) continue;
+      if (motion["column"].is_string()) names.insert(motion["column"].get<std::string>());
+    }
+    return names;
   }
 
   /// Of a table; that of the file comes first.
@@ -411,6 +488,9 @@ class MechanismParser {
     const Place where = jsonPlace(body.where, ".motion");
     if (body.values) {
       std::vector<double> values = body.values->values;
+      const bool slides = body.kind == JointKind::Prismatic;
+      loaded_.joints.push_back(
+          {body.name, slides ? loaded_.lengthUnit : angleUnit_, body.values->times, values});
       if (body.kind != JointKind::Prismatic && angleUnit_ == "rad") {
         for (double& value : values) value *= model::kDegreesPerRadian;
       }
@@ -477,15 +557,7 @@ class MechanismParser {
     }
     if (!object.has("solid")) return {};
     MechanismSolid solid{body.name, linkOf_[index]};
-    solid.place.translation = object.numbers<3>("position", model::Point3::Zero());
-    checkSize(solid.place.translation.cwiseAbs().maxCoeff(), object.where("position"));
-    const Eigen::Vector4d q = object.numbers<4>("quaternion", Eigen::Vector4d::UnitW());
-    constexpr double kRounded = 1e-6;
-    if (!(std::abs(q.norm() - 1) <= kRounded)) {
-      refuseJson(fmt::format("has length {}, expected 1", q.norm()), object.where("quaternion"));
-    }
-    solid.place.rotation =
-        Eigen::Quaterniond(q[3], q[0], q[1], q[2]).normalized().toRotationMatrix();
+    solid.place = placeOf(object);
     const json& value = object.need("solid");
     if (value.is_object()) {
       solid.mesh = basicSolid(value, object.where("solid"));
@@ -573,6 +645,37 @@ class MechanismParser {
 };
 
 }  // namespace
+
+std::string addMechanism(LoadedMechanism more, const std::string& name, std::size_t parent,
+                         LoadedMechanism& into) {
+  const auto named = [&](const std::string& own) { return name.empty() ? own : name + " " + own; };
+  const std::size_t before = into.mechanism.links.size();
+  for (Link& link : more.mechanism.links) {
+    link.name = named(link.name);
+    link.parent = link.parent == Link::kWorld ? parent : link.parent + before;
+    into.mechanism.links.push_back(std::move(link));
+  }
+  std::string twice;
+  for (MechanismSolid& solid : more.solids) {
+    solid.name = asName(named(solid.name));
+    solid.link += before;
+    const bool taken =
+        std::ranges::find(into.solids, solid.name, &MechanismSolid::name) != into.solids.end();
+    if (taken && twice.empty()) twice = solid.name;
+    into.solids.push_back(std::move(solid));
+  }
+  for (JointCourse& joint : more.joints) {
+    joint.name = named(joint.name);
+    into.joints.push_back(std::move(joint));
+  }
+  const auto append = [](auto& from, auto& to) { to.insert(to.end(), from.begin(), from.end()); };
+  for (std::string& notice : more.notices) notice = name.empty() ? notice : name + ": " + notice;
+  append(more.notices, into.notices);
+  append(more.losses, into.losses);
+  append(more.otherFiles, into.otherFiles);
+  if (into.up.empty()) into.up = more.up;
+  return twice;
+}
 
 std::vector<std::size_t> parentsFirst(std::span<const std::size_t> parents,
                                       std::vector<std::size_t>& cycle) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "formats/input_file.h"
+#include "formats/t4d/body_details.h"
 #include "model/mechanism.h"
 #include "t4d/error.h"
 #include "t4d/surface.h"
@@ -27,6 +28,8 @@ struct LoadedMechanism {
   std::vector<MechanismSolid> solids;  ///< at least one
   std::string lengthUnit;
   std::string timeUnit;
+  std::string up;                                 ///< "" if unknown
+  std::vector<JointCourse> joints;                ///< with a value, in units of the file
   std::vector<model::HalfTurn> halfTurns;         ///< of poses; `between` says whose
   std::vector<std::string> notices;               ///< for the user, a sentence each
   std::vector<std::string> losses;                ///< as LoadedMesh::losses
@@ -34,7 +37,8 @@ struct LoadedMechanism {
 };
 
 /// Reads a mechanism (docs/mechanism.md; JSON Schema in formats/motion/mechanism.schema.json):
-/// bodies with their solids, joints and motions. Files that it names are relative to its folder.
+/// bodies with their solids, joints and motions, and robots (urdf_reader.h). Files that it names
+/// are relative to its folder.
 ///
 /// Fails, with the member, on what the schema does not allow, bodies of one name, parents that do
 /// not exist or hang on each other, motions that do not fit their joint, solids that cannot be
@@ -42,6 +46,12 @@ struct LoadedMechanism {
 /// limits of a joint are a notice.
 Result<LoadedMechanism> readMechanism(const std::filesystem::path& path);
 Result<LoadedMechanism> readMechanism(const InputFile& file);
+
+/// Adds the links, solids and joints of another mechanism in the same units, whose names get `name`
+/// and a blank before them, unless it is "". Its links without a parent hang on the link `parent`.
+/// Returns a name of a solid that there is already, or "".
+std::string addMechanism(LoadedMechanism more, const std::string& name, std::size_t parent,
+                         LoadedMechanism& into);
 
 /// The most bodies of a mechanism, or links of a robot.
 inline constexpr std::size_t kMostLinks = 4096;

@@ -1,5 +1,6 @@
 #include "formats/motion/srdf_reader.h"
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <string_view>
@@ -17,7 +18,7 @@ class SrdfParser {
  public:
   explicit SrdfParser(const InputFile& file) : file_(file) {}
 
-  Result<std::vector<std::array<std::string, 2>>> parse() {
+  Result<DisabledCollisions> parse() {
     constexpr std::size_t kMostBytes = std::size_t{1} << 26;
     if (file_.bytes.size() > kMostBytes) {
       return fail(ErrorCode::Unsupported, "is larger than any SRDF file: 64 MiB",
@@ -35,7 +36,7 @@ class SrdfParser {
       return invalid(fmt::format("is not XML: {}", XML_ErrorString(XML_GetErrorCode(parser_))),
                      file_.atLine(platform::xmlLine(parser_)));
     }
-    return std::move(pairs_);
+    return std::move(found_);
   }
 
  private:
@@ -49,18 +50,31 @@ class SrdfParser {
       return;
     }
     inRobot_ = true;
-    if (name != "disable_collisions") return;
-    std::array<std::string, 2> links;
-    for (; *attributes != nullptr; attributes += 2) {
-      const std::string_view key = attributes[0];
-      if (key == "link1") links[0] = attributes[1];
-      if (key == "link2") links[1] = attributes[1];
+    if (name == "disable_default_collisions") {
+      if (std::string link = attribute(attributes, "link"); !link.empty()) {
+        found_.links.insert(std::move(link));
+      } else {
+        stop("<disable_default_collisions> has no link");
+      }
     }
+    if (name != "disable_collisions" && name != "enable_collisions") return;
+    DisabledCollisions::Pair links = {attribute(attributes, "link1"),
+                                      attribute(attributes, "link2")};
     if (links[0].empty() || links[1].empty()) {
-      stop("<disable_collisions> has no link1 or no link2");
-      return;
+      stop(fmt::format("<{}> has no link1 or no link2", name));
+    } else if (name == "disable_collisions") {
+      found_.pairs.push_back(std::move(links));
+    } else {
+      found_.enabled.insert({links[1], links[0]});
+      found_.enabled.insert(std::move(links));
     }
-    pairs_.push_back(std::move(links));
+  }
+
+  static std::string attribute(const char** attributes, std::string_view wanted) {
+    for (; *attributes != nullptr; attributes += 2) {
+      if (attributes[0] == wanted) return attributes[1];
+    }
+    return {};
   }
 
   void stop(std::string message) {
@@ -72,14 +86,27 @@ class SrdfParser {
   const InputFile& file_;
   XML_Parser parser_ = nullptr;
   bool inRobot_ = false;
-  std::vector<std::array<std::string, 2>> pairs_;
+  DisabledCollisions found_;
   std::optional<Error> problem_;
 };
 
 }  // namespace
 
-Result<std::vector<std::array<std::string, 2>>> readDisabledCollisions(
-    const std::filesystem::path& path) {
+bool DisabledCollisions::contains(const std::string& a, const std::string& b) const {
+  const bool listed = std::ranges::any_of(pairs, [&](const Pair& pair) {
+    return pair == Pair{a, b} || pair == Pair{b, a};
+  });
+  return listed || ((links.contains(a) || links.contains(b)) && !enabled.contains({a, b}));
+}
+
+std::set<std::string> DisabledCollisions::names() const {
+  std::set<std::string> names = links;
+  for (const Pair& pair : pairs) names.insert(pair.begin(), pair.end());
+  for (const Pair& pair : enabled) names.insert(pair.begin(), pair.end());
+  return names;
+}
+
+Result<DisabledCollisions> readDisabledCollisions(const std::filesystem::path& path) {
   const auto file = readInputFile(path);
   if (!file) return file.error();
   return SrdfParser(*file).parse();

@@ -1,6 +1,7 @@
 #include "formats/motion/urdf_reader.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <map>
 #include <memory>
@@ -122,7 +123,7 @@ struct UrdfJoint {
   std::vector<double> times = {};   // of the values, which are there once they are known
   std::vector<double> values = {};  // radians or metres
 
-  bool moves() const { return type != "fixed"; }
+  bool moves() const { return turns() || type == "prismatic"; }
   bool turns() const { return type == "revolute" || type == "continuous"; }
 };
 
@@ -140,8 +141,16 @@ class UrdfReader {
     auto tree = XmlTree::read(file_);
     if (!tree) return tree.error();
     root_ = std::move(*tree);
-    loaded_.lengthUnit = "m";
-    loaded_.timeUnit = "s";
+    const auto conversion = model::lengthConversion("m", options_.lengthUnit);
+    if (!conversion) {
+      return invalid(
+          fmt::format("is in metres, which cannot be converted to '{}'", options_.lengthUnit),
+          file_.path.string());
+    }
+    scale_ = (*conversion)(1);
+    loaded_.lengthUnit = options_.lengthUnit;
+    loaded_.timeUnit = options_.timeUnit;
+    loaded_.up = "z";  // by the conventions of ROS (REP 103)
     for (const auto step : {&UrdfReader::checkRoot, &UrdfReader::readLinks, &UrdfReader::readJoints,
                             &UrdfReader::sortLinks}) {
       if (auto done = (this->*step)(); !done) return done.error();
@@ -168,11 +177,14 @@ class UrdfReader {
     }
     for (const auto& child : root_->children) {
       if (!child->name.starts_with("xacro:")) continue;
-      return wrong(*child, fmt::format("found <{}>: the file is a template; expand it with xacro "
-                                       "first",
-                                       shown(child->name)));
+      return wrong(*child, fmt::format("found <{}>: ", shown(child->name)) + templateAdvice());
     }
     return {};
+  }
+
+  std::string templateAdvice() const {
+    const std::string name = file_.path.filename().string();
+    return fmt::format("the file is a template; expand it first: xacro {} > robot.urdf", name);
   }
 
   /// A text of the file for a message, without controls.
@@ -207,8 +219,11 @@ class UrdfReader {
       double value = 0;
       if (!scanner.parse(word, value, "a number") ||
           !(std::abs(value) <= model::kLargestCoordinate)) {
-        return wrong(element, fmt::format("{} of <{}>: found {}, expected a finite number",
-                                          attribute, shown(element.name), inQuotes(word)));
+        const bool isTemplate = word.starts_with("$");
+        return wrong(
+            element,
+            fmt::format("{} of <{}>: found {}, {}", attribute, shown(element.name), inQuotes(word),
+                        isTemplate ? templateAdvice() : "expected a finite number"));
       }
       all.push_back(value);
     }
@@ -304,7 +319,8 @@ class UrdfReader {
     joint.line = element.line;
     const auto type = element.attributes.find("type");
     joint.type = type == element.attributes.end() ? "" : type->second;
-    constexpr std::array kTypes = {"fixed", "revolute", "continuous", "prismatic"};
+    constexpr std::array kTypes = {"fixed",     "revolute", "continuous",
+                                   "prismatic", "floating", "planar"};
     if (std::ranges::find(kTypes, joint.type) == kTypes.end()) {
       return wrong(element,
                    fmt::format("joint {}: the type is {}, expected one of {}", inQuotes(joint.name),
@@ -409,8 +425,11 @@ class UrdfReader {
 
   Result<void> readTrajectory(const InputFile& file) {
     const std::filesystem::path& path = file.path;
-    const auto table = readJointTable(file, loaded_.timeUnit);
+    std::set<std::string> joints;
+    for (const auto& [name, link] : jointLinks_) joints.insert(name);
+    auto table = readJointTable(file, loaded_.timeUnit, joints);
     if (!table) return table.error();
+    nameNumbered(*table);
     if (!table->notices.empty()) {
       loaded_.notices.push_back(
           fmt::format("{}: {}", path.string(), fmt::join(table->notices, ", ")));
@@ -423,7 +442,8 @@ class UrdfReader {
       UrdfJoint& joint = *links_[link].joint;
       const auto found = table->find(name);
       if (found.column == nullptr) {
-        if (joint.moves() && joint.mimics.empty()) missing.push_back(inQuotes(name));
+        const bool rests = joint.moves() ? joint.mimics.empty() : joint.type != "fixed";
+        if (rests) missing.push_back(inQuotes(name));
         continue;
       }
       used.insert(found.column);
@@ -440,11 +460,44 @@ class UrdfReader {
                                             missing.size() == 1 ? "s" : ""));
     }
     if (!unread.empty()) {
-      loaded_.notices.push_back(
-          fmt::format("{}: joints that are fixed or mimic others are not read: {}", path.string(),
-                      fmt::join(unread, ", ")));
+      loaded_.notices.push_back(fmt::format(
+          "{}: joints that are fixed, floating or planar or mimic others are not read: {}",
+          path.string(), fmt::join(unread, ", ")));
     }
     return followAll({table->times.front(), table->times.back()});
+  }
+
+  /// Joints that have a value of their own, from the root on.
+  std::vector<std::string> movingJoints() const {
+    std::vector<std::string> names;
+    for (const std::size_t link : order_) {
+      const auto& joint = links_[link].joint;
+      if (joint && joint->moves() && joint->mimics.empty()) names.push_back(joint->name);
+    }
+    return names;
+  }
+
+  /// Gives numbered columns the names of joints, if no column has one and there are as many.
+  void nameNumbered(JointTable& table) {
+    const std::vector<std::string> names = movingJoints();
+    const auto isKnown = [&](const auto& joint) {
+      return table.find(joint.first).column != nullptr;
+    };
+    if (names.empty() || std::ranges::any_of(jointLinks_, isKnown)) return;
+    for (const char* stem : {"actual_q", "q", "position", "positions", "joint", "target_q"}) {
+      std::vector<JointTable::Column> columns;
+      for (const JointTable::Column& column : table.columns) {
+        if (column.name == fmt::format("{}_{}", stem, columns.size())) columns.push_back(column);
+      }
+      if (columns.size() != names.size()) continue;
+      for (std::size_t i = 0; i < names.size(); ++i)
+        columns[i].name = columns[i].unitless = names[i];
+      loaded_.notices.push_back(
+          fmt::format("the columns {}_0 to {}_{} are taken as {}; others are not read", stem, stem,
+                      names.size() - 1, fmt::join(names, ", ")));
+      table.columns = std::move(columns);
+      return;
+    }
   }
 
   Result<void> checkAllUsed(const JointTable& table,
@@ -473,8 +526,7 @@ class UrdfReader {
       for (double& value : joint.values) value *= model::kRadiansPerDegree;
       return {};
     }
-    const auto conversion =
-        joint.turns() ? std::nullopt : model::lengthConversion(found.unit, loaded_.lengthUnit);
+    const auto conversion = joint.turns() ? std::nullopt : model::lengthConversion(found.unit, "m");
     if (!conversion && !(joint.turns() && found.unit == "rad")) {
       return invalid(
           fmt::format("the column of joint {} is in '{}', expected {}", inQuotes(joint.name),
@@ -552,12 +604,15 @@ class UrdfReader {
       const UrdfLink& from = links_[index];
       linkOf_[index] = loaded_.mechanism.links.size();
       Link link{from.name};
+      rest_[index] = options_.place;
       if (from.joint) {
         const UrdfJoint& joint = *from.joint;
         link.parent = linkOf_[joint.parent];
-        rest_[index] = rest_[joint.parent] * joint.origin;
+        rest_[index] = rest_[joint.parent] * scaled(joint.origin);
         if (!joint.values.empty() && joint.moves()) {
           noteLimits(joint);
+          loaded_.joints.push_back(
+              {joint.name, joint.turns() ? "rad" : "m", joint.times, joint.values});
           auto motion = motionOf(joint, rest_[index]);
           if (!motion) {
             motion.error().where =
@@ -572,32 +627,49 @@ class UrdfReader {
     return {};
   }
 
+  /// From metres to the unit of the result.
+  Pose scaled(Pose pose) const {
+    pose.translation *= scale_;
+    return pose;
+  }
+
   /// About the axis of the joint as it is at rest.
-  static Result<model::Motion> motionOf(const UrdfJoint& joint, const Pose& rest) {
+  Result<model::Motion> motionOf(const UrdfJoint& joint, const Pose& rest) const {
     model::Joint axis;
     axis.type = joint.turns() ? model::Joint::Type::Revolute : model::Joint::Type::Prismatic;
     axis.origin = rest.translation;
     axis.axis = (rest.rotation * joint.axis).normalized();
     std::vector<double> values = joint.values;
-    if (joint.turns()) {
-      for (double& value : values) value /= model::kRadiansPerDegree;
+    for (double& value : values) {
+      value = joint.turns() ? value / model::kRadiansPerDegree : value * scale_;
     }
     return model::jointMotion(axis, joint.times, values);
+  }
+
+  std::string chosenGeometry() {
+    if (!options_.geometry.empty()) return options_.geometry;
+    const auto collides = [](const UrdfLink& link) {
+      return link.element->child("collision") != nullptr;
+    };
+    if (std::ranges::any_of(links_, collides)) return "collision";
+    loaded_.notices.emplace_back("no link has collision geometry: the visual geometry is taken");
+    return "visual";
   }
 
   Result<void> addSolids() {
     std::vector<std::string> without;
     std::vector<Error> errors;
+    geometry_ = chosenGeometry();
     for (std::size_t i = 0; i < links_.size(); ++i) {
       const UrdfLink& link = links_[i];
       std::size_t count = 0;
       for (const auto& element : link.element->children) {
-        if (element->name != options_.geometry) continue;
+        if (element->name != geometry_) continue;
         if (auto added = addSolid(i, *element, ++count); !added) {
           errors.push_back(std::move(added.error()));
         }
       }
-      const char* other = options_.geometry == "visual" ? "collision" : "visual";
+      const char* other = geometry_ == "visual" ? "collision" : "visual";
       if (count == 0 && link.element->child(other) != nullptr) {
         without.push_back(inQuotes(link.name));
       }
@@ -606,11 +678,11 @@ class UrdfReader {
     if (!without.empty()) {
       loaded_.notices.push_back(fmt::format("{} link{} no {} geometry and {} left out: {}",
                                             without.size(), without.size() == 1 ? " has" : "s have",
-                                            options_.geometry, without.size() == 1 ? "is" : "are",
+                                            geometry_, without.size() == 1 ? "is" : "are",
                                             fmt::join(without, ", ")));
     }
     if (!loaded_.solids.empty()) return {};
-    return invalid(fmt::format("no link has {} geometry", options_.geometry), file_.path.string());
+    return invalid(fmt::format("no link has {} geometry", geometry_), file_.path.string());
   }
 
   Result<void> addSolid(std::size_t index, const XmlElement& element, std::size_t count) {
@@ -621,15 +693,18 @@ class UrdfReader {
     solid.where = file_.atLine(element.line);
     const auto origin = originOf(element);
     if (!origin) return origin.error();
-    solid.place = rest_[index] * *origin;
+    solid.place = rest_[index] * scaled(*origin);
     const XmlElement* geometry = element.child("geometry");
     if (geometry == nullptr || geometry->children.empty()) {
-      return wrong(element, fmt::format("<{}> of link {} has no geometry", options_.geometry,
-                                        inQuotes(link.name)));
+      return wrong(element,
+                   fmt::format("<{}> of link {} has no geometry", geometry_, inQuotes(link.name)));
     }
     auto mesh = meshOf(*geometry->children.front(), solid);
     if (!mesh) return mesh.error();
     solid.mesh = std::move(*mesh);
+    if (scale_ != 1) {
+      for (model::Point3& vertex : solid.mesh.vertices) vertex *= scale_;
+    }
     loaded_.solids.push_back(std::move(solid));
     return {};
   }
@@ -662,13 +737,20 @@ class UrdfReader {
       if (!length) return length.error();
       return cylinderMesh(*radius, *length);
     }
+    if (shape.name == "capsule") {
+      const auto radius = sizeOf(shape, "radius");
+      if (!radius) return radius.error();
+      const auto length = sizeOf(shape, "length");
+      if (!length) return length.error();
+      return capsuleMesh(*radius, *length);
+    }
     if (shape.name == "sphere") {
       const auto radius = sizeOf(shape, "radius");
       if (!radius) return radius.error();
       return sphereMesh(*radius);
     }
     if (shape.name == "mesh") return fileMesh(shape, solid);
-    return wrong(shape, fmt::format("found <{}>, expected box, cylinder, sphere or mesh",
+    return wrong(shape, fmt::format("found <{}>, expected box, cylinder, capsule, sphere or mesh",
                                     shown(shape.name)));
   }
 
@@ -692,33 +774,30 @@ class UrdfReader {
     return mesh;
   }
 
-  /// Where a mesh is: package://NAME/PATH is looked for in the folders that contain the file, as
-  /// NAME/PATH, and as PATH where the folder itself is named NAME.
+  /// Where a mesh is (package_path.h).
   Result<std::filesystem::path> pathOf(const XmlElement& shape, const std::string& name) const {
     constexpr std::string_view kPackage = "package://";
     constexpr std::string_view kFile = "file://";
     const std::filesystem::path folder = file_.path.parent_path();
     if (name.starts_with(kFile)) return std::filesystem::path(name.substr(kFile.size()));
     if (!name.starts_with(kPackage)) return folder / name;
-    const std::filesystem::path rest = name.substr(kPackage.size());
-    const std::filesystem::path package = rest.empty() ? rest : *rest.begin();
-    const std::filesystem::path inPackage = rest.lexically_relative(package);
-    std::error_code error;
-    const auto start = std::filesystem::absolute(file_.path, error).lexically_normal();
-    for (auto at = start.parent_path();; at = at.parent_path()) {
-      for (const auto& candidate :
-           {at / rest, at.filename() == package ? at / inPackage : std::filesystem::path()}) {
-        if (!candidate.empty() && std::filesystem::is_regular_file(candidate, error)) {
-          return candidate;
-        }
-      }
-      if (at == at.parent_path()) break;
-    }
-    return fail(ErrorCode::Io,
-                fmt::format("the mesh {} was not found in the folders that contain this file: put "
-                            "the package {} beside it",
-                            inQuotes(name), inQuotes(package.string())),
-                file_.atLine(shape.line));
+    const std::string rest = name.substr(kPackage.size());
+    if (auto found = packageFile(rest, folder, options_.packages)) return std::move(*found);
+    const std::string package = rest.substr(0, rest.find('/'));
+    return fail(
+        ErrorCode::Io,
+        fmt::format("the mesh {} was not found in the folders that contain this file, nor in "
+                    "ROS_PACKAGE_PATH and AMENT_PREFIX_PATH: say where the package is "
+                    "(--package {}=FOLDER)",
+                    printable(name), printable(package)),
+        file_.atLine(shape.line));
+  }
+
+  /// A whole text without controls.
+  static std::string printable(std::string text) {
+    std::ranges::replace_if(
+        text, [](unsigned char c) { return std::iscntrl(c) != 0; }, '?');
+    return text;
   }
 
   const InputFile& file_;
@@ -731,6 +810,8 @@ class UrdfReader {
   std::vector<std::size_t> linkOf_;                // of the mechanism, for each link
   std::vector<Pose> rest_;                         // of each link in the world
   std::set<std::string> solidNames_;
+  std::string geometry_;
+  double scale_ = 1;  // of metres
   LoadedMechanism loaded_;
 };
 

@@ -4,22 +4,30 @@
 #include <string>
 
 #include "formats/motion/mechanism_reader.h"
+#include "formats/motion/package_path.h"
 
 namespace t4d::formats {
 
 struct UrdfOptions {
-  /// The geometry of links that becomes solids: "collision" or "visual".
-  std::string geometry = "collision";
+  /// The geometry of links that becomes solids, "collision" or "visual"; "" for "collision" or, if
+  /// no link has any, "visual".
+  std::string geometry = {};
+  Packages packages = {};  ///< of meshes, besides those that are found (package_path.h)
+  /// Of the robot's frame in the world, in `lengthUnit`.
+  model::Pose place = {};
+  std::string lengthUnit = "m";  ///< of the result
+  std::string timeUnit = "s";    ///< of the result
 };
 
 /// Reads a robot (URDF, docs/mechanism.md) and a table of its joints over time (joint_table.h).
 /// Each geometry of a link is a solid; lengths are in metres, times in seconds, angles in radians
-/// unless the table names another unit. Meshes named package://NAME/PATH are looked for in the
-/// folders that contain the file. Joints that the table does not have stay at 0, with a notice;
-/// those that mimic another follow it.
+/// unless the table names another unit. Joints that the table does not have stay at 0, with a
+/// notice, and so do floating and planar ones; those that mimic another follow it. If the table
+/// names no joint of the robot but has numbered columns (`actual_q_0`), as many as joints, these
+/// are the joints from the root on, with a notice.
 ///
 /// Fails, with the line, on text that is not XML, links and joints that are missing, named twice or
-/// have no root, cycles, types of joints that are not supported (floating, planar), limits that are
+/// have no root, cycles, unknown types of joints, limits that are
 /// not, meshes that cannot be read, and columns that are no joint. Values beyond limits of position
 /// and velocity are notices.
 Result<LoadedMechanism> readUrdf(const std::filesystem::path& path,

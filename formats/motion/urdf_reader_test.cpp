@@ -1,5 +1,8 @@
 #include "formats/motion/urdf_reader.h"
 
+#include <cstdlib>
+#include <numbers>
+
 #include <gmock/gmock.h>
 
 #include "fixtures/mechanisms.h"
@@ -71,7 +74,8 @@ TEST(UrdfReader, JointsFollowOthersAndStayAtRest) {
            "time,to b,to c\n0,0,9\n1,2,9\n");
   ASSERT_TRUE(loaded) << loaded.error().text();
   EXPECT_THAT(loaded->notices,
-              Contains(HasSubstr("that are fixed or mimic others are not read: 'to c'")));
+              Contains(HasSubstr(
+                  "that are fixed, floating or planar or mimic others are not read: 'to c'")));
   const model::Pose c = loaded->mechanism.at(2, 1);
   EXPECT_LE((c.translation - Point3(0.1 - 1, 0, 0)).norm(), 1e-15);
   const model::Pose d = loaded->mechanism.at(3, 1);
@@ -104,6 +108,128 @@ TEST(UrdfReader, MeshesAreFoundInPackagesAndScaled) {
   }
 }
 
+TEST(UrdfReader, PackagesAreFoundByDescriptionEnvironmentAndName) {
+  const std::string solid =
+      "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+  for (const char* folder : {"clone/robot", "elsewhere/share/hand/meshes", "tree/foot", "loose"}) {
+    std::filesystem::create_directories(temporaryPath(folder));
+  }
+  // A clone of another name, with a description; an installed one; one of a workspace.
+  writeFile("clone/package.xml",
+            "<package>\n<name> arm </name>\n<depend>hand</depend>\n</package>");
+  writeFile("clone/arm.obj", solid);
+  writeFile("elsewhere/share/hand/meshes/hand.obj", solid);
+  writeFile("tree/foot/foot.obj", solid);
+  writeFile("loose/nose.obj", solid);
+  const std::string table = writeFile("moves.csv", "time,to b\n0,0\n1,2\n").string();
+  const auto found = [&](const std::string& mesh, const Packages& packages = {}) {
+    const std::string text =
+        robot("<link name=\"m\"><collision><geometry><mesh filename=\"" + mesh +
+              "\"/></geometry></collision></link><joint name=\"j\" type=\"fixed\">"
+              "<parent link=\"a\"/><child link=\"m\"/></joint>" +
+              joint("b", "a", ""));
+    UrdfOptions options;
+    options.packages = packages;
+    return static_cast<bool>(readUrdf(writeFile("clone/robot/r.urdf", text), table, options));
+  };
+  EXPECT_TRUE(found("package://arm/arm.obj"));
+  EXPECT_FALSE(found("package://hand/arm.obj"));
+  EXPECT_TRUE(found("package:///clone/arm.obj"));
+  EXPECT_FALSE(found("package://hand/meshes/hand.obj"));
+  ::setenv("AMENT_PREFIX_PATH", ("/nowhere:" + temporaryPath("elsewhere").string()).c_str(), 1);
+  EXPECT_TRUE(found("package://hand/meshes/hand.obj"));
+  ::unsetenv("AMENT_PREFIX_PATH");
+  EXPECT_FALSE(found("package://foot/foot.obj"));
+  ::setenv("ROS_PACKAGE_PATH", temporaryPath("tree").c_str(), 1);
+  EXPECT_TRUE(found("package://foot/foot.obj"));
+  ::setenv("ROS_PACKAGE_PATH", temporaryPath("tree/foot").c_str(), 1);
+  EXPECT_TRUE(found("package://foot/foot.obj"));
+  ::unsetenv("ROS_PACKAGE_PATH");
+  EXPECT_TRUE(found("package://face/nose.obj", {{"face", temporaryPath("loose")}}));
+  EXPECT_FALSE(found("package://arm/arm.obj", {{"arm", temporaryPath("loose")}}));
+}
+
+TEST(UrdfReader, CapsulesRestingJointsAndRobotsWithoutCollisionGeometry) {
+  const std::string capsule = "<geometry><capsule radius=\"0.5\" length=\"2\"/></geometry>";
+  const auto loaded = read("<robot name=\"r\"><link name=\"a\"><visual>" + capsule +
+                               "</visual></link>\n" + joint("f", "a", "", "floating") +
+                               joint("p", "f", "", "planar") + joint("b", "p", "") + "</robot>",
+                           "time,to b\n0,0\n1,2\n");
+  ASSERT_TRUE(loaded) << loaded.error().text();
+  EXPECT_THAT(loaded->notices, Contains(HasSubstr("the visual geometry is taken")));
+  EXPECT_THAT(loaded->notices,
+              Contains(HasSubstr("has no column for 'to f', 'to p', which stay at 0")));
+  // A cylinder and a sphere, inscribed: within 0.3 %.
+  const double volume = signedVolume(loaded->solids[0].mesh);
+  const double whole = std::numbers::pi * (0.25 * 2 + 4.0 / 3 * 0.125);
+  EXPECT_LT(volume, whole);
+  EXPECT_NEAR(volume, whole, 0.004 * whole);
+  model::Bounds3 bounds = boundsOf(loaded->solids[0].mesh);
+  EXPECT_EQ(bounds.max.z(), 1.5);
+  EXPECT_EQ(bounds.min.z(), -1.5);
+}
+
+// As a controller logs them (RTDE): by number, from the root on.
+TEST(UrdfReader, NumberedColumnsAreTheJointsFromTheRootOn) {
+  const std::string arm =
+      robot(joint("z", "a", "") + joint("c", "z", "", "fixed") + joint("b", "c", ""));
+  const auto loaded = read(
+      arm, "timestamp actual_q_0 actual_q_1 actual_qd_0 actual_qd_1\n0 0.5 1 9 9\n1 0.75 2 9 9\n");
+  ASSERT_TRUE(loaded) << loaded.error().text();
+  EXPECT_THAT(loaded->notices,
+              Contains(HasSubstr("actual_q_0 to actual_q_1 are taken as to z, to b")));
+  ASSERT_EQ(loaded->joints.size(), 2U);
+  EXPECT_EQ(loaded->joints[0].name, "to z");
+  EXPECT_EQ(loaded->joints[0].at(0.5), 0.625);
+  EXPECT_EQ(loaded->joints[1].at(7), 2);
+  EXPECT_FALSE(read(arm, "time,q_0,q_1,q_2\n0,0,0,0\n1,1,1,1\n"));  // one too many
+}
+
+// Turned by a quarter about z and moved, in millimetres; on a carriage that moves by 10 in all.
+TEST(UrdfReader, RobotsInAMechanismMoveAsByThemselvesWhereTheyStand) {
+  const auto alone = readUrdf(fixtureNamed("arm.urdf"), fixtureNamed("arm-joints.csv"));
+  ASSERT_TRUE(alone) << alone.error().text();
+  const std::string place =
+      R"("position": [100, 200, 300], "quaternion": [0, 0, 0.70710678118654757, 0.70710678118654757])";
+  const std::string robot = R"({"robot": "arm.urdf", "motion": "arm-joints.csv", )" + place;
+  const auto both = readMechanism(writeFile("cell.json", R"({"length_unit": "mm", "bodies": [
+      {"name": "carriage", "joint": {"type": "prismatic", "axis": [0, 0, 1]},
+       "motion": {"times": [0, 4], "values": [0, 10]}}],
+      "robots": [)" + robot + R"(, "name": "left"}, )" + robot +
+                                                             R"(, "parent": "carriage"}]})"));
+  ASSERT_TRUE(both) << both.error().text();
+  EXPECT_EQ(both->up, "z");
+  EXPECT_EQ(both->timeUnit, "s");
+  ASSERT_EQ(both->solids.size(), 2 * alone->solids.size());
+  EXPECT_EQ(both->solids[0].name, "left world");
+  EXPECT_EQ(both->joints.size(), 1 + 2 * alone->joints.size());
+  const Eigen::AngleAxisd quarter(std::numbers::pi / 2, Point3::UnitZ());
+  for (std::size_t i = 0; i < both->solids.size(); ++i) {
+    const bool carried = i >= alone->solids.size();
+    const MechanismSolid& own = alone->solids[i % alone->solids.size()];
+    const MechanismSolid& placed = both->solids[i];
+    for (const double t : {0.0, 0.4, 2.9, 4.0}) {
+      const model::Pose from = alone->mechanism.at(own.link, t) * own.place;
+      const model::Pose to = both->mechanism.at(placed.link, t) * placed.place;
+      for (std::size_t k = 0; k < own.mesh.vertices.size(); k += 7) {
+        const Point3 wanted =
+            1000 * (quarter * (from.rotation * own.mesh.vertices[k] + from.translation)) +
+            Point3(100, 200, 300 + (carried ? 10 * t / 4 : 0));
+        EXPECT_LE((to.rotation * placed.mesh.vertices[k] + to.translation - wanted).norm(), 1e-9);
+      }
+    }
+  }
+  const auto error = [](const std::string& robots) {
+    const auto loaded = readMechanism(writeFile("cell.json", R"({"robots": [)" + robots + "]}"));
+    return loaded ? std::string("(was accepted)") : loaded.error().text();
+  };
+  EXPECT_EQ(error(robot + "}"), "(was accepted)");
+  EXPECT_THAT(error(robot + "}, " + robot + "}"), HasSubstr("robots[1]: has a link 'world'"));
+  EXPECT_THAT(error(robot + R"(, "parent": "cart"})"), HasSubstr("is 'cart', which is not a body"));
+  EXPECT_THAT(error(R"({"robot": "arm.urdf"})"), HasSubstr("lacks the key 'motion'"));
+  EXPECT_THAT(error(""), HasSubstr("bodies"));
+}
+
 TEST(UrdfReader, RefusesWithTheLine) {
   const auto error = [&](const std::string& text,
                          const std::string& values = "time,to b\n0,0\n1,1\n") {
@@ -114,13 +240,23 @@ TEST(UrdfReader, RefusesWithTheLine) {
   EXPECT_EQ(error(robot(b)), "(was accepted)");
   EXPECT_THAT(error("<robot>\n<link name='a'>"), HasSubstr("r.urdf:2: is not XML: "));
   EXPECT_THAT(error("<sdf/>"), HasSubstr("r.urdf:1: found the element <sdf>"));
-  EXPECT_THAT(error("<robot><xacro:arm/></robot>"), HasSubstr("expand it with xacro"));
+  EXPECT_THAT(error("<robot><xacro:arm/></robot>"),
+              HasSubstr("expand it first: xacro r.urdf > robot.urdf"));
   EXPECT_THAT(error("<!DOCTYPE r [<!ENTITY e 'x'>]><robot/>"), HasSubstr("declares an entity"));
   EXPECT_THAT(error(robot(b + "<link name=\"a\"/>")),
               HasSubstr("r.urdf:5: there is a second link 'a'"));
   EXPECT_THAT(error(robot(joint("b", "z", ""))), HasSubstr("r.urdf:4: the parent is 'z'"));
-  EXPECT_THAT(error(robot(joint("b", "a", "", "floating"))),
-              HasSubstr("r.urdf:4: joint 'to b': the type is 'floating', expected one of fixed"));
+  EXPECT_THAT(error(robot(joint("b", "a", "", "ball"))),
+              HasSubstr("r.urdf:4: joint 'to b': the type is 'ball', expected one of fixed"));
+  EXPECT_THAT(error(robot(joint("b", "a", "<origin xyz=\"${x} 0 0\"/>"))),
+              HasSubstr("xacro r.urdf > robot.urdf"));
+  EXPECT_THAT(
+      error(robot("<link name=\"m\"><collision><geometry><mesh filename=\"package:///no/"
+                  "where/a-name-that-is-longer-than-any-quote.stl\"/></geometry></collision>"
+                  "</link><joint name=\"j\" type=\"fixed\"><parent link=\"a\"/>"
+                  "<child link=\"m\"/></joint>" +
+                  b)),
+      HasSubstr("package:///no/where/a-name-that-is-longer-than-any-quote.stl was not found"));
   EXPECT_THAT(error(robot(joint("b", "c", "") + joint("c", "b", ""))),
               HasSubstr("hang on each other: 'b', 'c', 'b'"));
   EXPECT_THAT(error(robot(b + "<joint name=\"again\" type=\"fixed\"><parent link=\"a\"/>"
@@ -146,7 +282,7 @@ TEST(UrdfReader, RefusesWithTheLine) {
   };
   EXPECT_THAT(meshed("none.stl"), HasSubstr("r.urdf:6: "));
   EXPECT_THAT(meshed("package://nowhere/none.stl"),
-              HasSubstr("put the package 'nowhere' beside it"));
+              HasSubstr("say where the package is (--package nowhere=FOLDER)"));
   EXPECT_THAT(meshed("none.dae"), HasSubstr("no such file"));
 }
 

@@ -1,5 +1,7 @@
 #include "formats/t4d/body_details.h"
 
+#include <algorithm>
+
 #include <nlohmann/json.hpp>
 
 namespace t4d::formats {
@@ -10,6 +12,7 @@ using nlohmann::ordered_json;
 constexpr const char* kLink = "link";
 constexpr const char* kChordBound = "chord_bound";
 constexpr const char* kMended = "mended";
+constexpr const char* kJoints = "joints";
 
 ordered_json detailsOf(const BodyInfo& body) {
   auto details = ordered_json::parse(body.detailsJson, nullptr, /*allow_exceptions=*/false);
@@ -41,6 +44,40 @@ std::optional<double> chordBoundOf(const BodyInfo& body) {
 
 void setChordBound(BodyInfo& body, double bound) { set(body, kChordBound, bound); }
 
+double JointCourse::at(double time) const {
+  const auto after = std::ranges::upper_bound(times, time);
+  if (after == times.begin()) return values.front();
+  if (after == times.end()) return values.back();
+  const auto i = static_cast<std::size_t>(after - times.begin());
+  const double part = (time - times[i - 1]) / (times[i] - times[i - 1]);
+  return (1 - part) * values[i - 1] + part * values[i];
+}
+
+std::vector<JointCourse> jointsOf(const std::string& detailsJson) {
+  const auto details = ordered_json::parse(detailsJson, nullptr, /*allow_exceptions=*/false);
+  if (!details.is_object() || !details.contains(kJoints)) return {};
+  try {
+    std::vector<JointCourse> joints;
+    for (const ordered_json& joint : details[kJoints]) {
+      joints.push_back({joint.at("name"), joint.at("unit"), joint.at("times"), joint.at("values")});
+      const auto& [name, unit, times, values] = joints.back();
+      if (times.empty() || times.size() != values.size()) return {};
+      if (!std::ranges::is_sorted(times)) return {};
+    }
+    return joints;
+  } catch (const ordered_json::exception&) {
+    return {};  // another program's member
+  }
+}
+
+std::string jointsJson(const std::vector<JointCourse>& joints) {
+  ordered_json all = ordered_json::array();
+  for (const auto& [name, unit, times, values] : joints) {
+    all.push_back({{"name", name}, {"unit", unit}, {"times", times}, {"values", values}});
+  }
+  return all.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+}
+
 std::optional<MendedInfo> mendedInfoOf(const BodyInfo& body) {
   const ordered_json details = detailsOf(body);
   const auto mended = details.find(kMended);
@@ -58,6 +95,7 @@ std::optional<MendedInfo> mendedInfoOf(const BodyInfo& body) {
   if (lost != mended->end() && lost->is_number_unsigned()) {
     info.lostTriangles = lost->get<std::uint64_t>();
   }
+  info.hull = mended->value("hull", ordered_json()) == true;
   return info;
 }
 
@@ -67,7 +105,8 @@ void setMendedInfo(BodyInfo& body, const MendedInfo& info) {
        {"volume_after", info.volumeAfter},
        {"hausdorff", info.hausdorff},
        {"lost_triangles", info.lostTriangles},
-       {"lost_distance", info.lostDistance}});
+       {"lost_distance", info.lostDistance},
+       {"hull", info.hull}});
 }
 
 }  // namespace t4d::formats

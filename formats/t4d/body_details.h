@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "t4d/file.h"
 
@@ -19,6 +20,22 @@ void setLink(BodyInfo& body, const std::string& link);
 std::optional<double> chordBoundOf(const BodyInfo& body);
 void setChordBound(BodyInfo& body, double bound);
 
+/// The values of a joint over time, between which they go evenly.
+struct JointCourse {
+  std::string name = {};
+  std::string unit = {};  ///< "" if unknown
+  std::vector<double> times = {};
+  std::vector<double> values = {};  ///< one for each time, at least one
+
+  /// The value at a time; before the first and after the last that of these.
+  double at(double time) const;
+};
+
+/// The joints that the details of a file (Metadata::detailsJson) have; none of others.
+std::vector<JointCourse> jointsOf(const std::string& detailsJson);
+/// The member `joints` of these details, as JSON.
+std::string jointsJson(const std::vector<JointCourse>& joints);
+
 /// What mending did to the solid before it was swept.
 struct MendedInfo {
   std::optional<double> volumeBefore = {};  ///< nothing if the surface was open
@@ -26,6 +43,7 @@ struct MendedInfo {
   double hausdorff = 0;             ///< between the surfaces before and after, in length units
   std::uint64_t lostTriangles = 0;  ///< dropped outside of the mended solid
   double lostDistance = 0;          ///< how far they were outside of it, in length units
+  bool hull = false;                ///< it became its convex hull
 };
 
 /// Nothing if the solid was not mended, or had nothing to mend.

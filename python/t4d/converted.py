@@ -48,7 +48,8 @@ def convert(words: Sequence[str], folder: Path) -> Converted:
         if scenes.is_scene(name):
             place = _save(name, home, made, attributes=words[0] == "sweep")  # no other verb keeps them
         else:
-            robot = robots.convert(name, home, "visual" if "visual" in _values(words, "--geometry") else "collision")
+            packages = {one: Path(there) for one, _, there in (v.partition("=") for v in _values(words, "--package"))}
+            robot = robots.convert(name, home, "".join(_values(words, "--geometry")[:1]), packages)
             place = robot.path
             made.names.update(robot.names)
             made.losses.extend(robot.losses)

@@ -1,4 +1,4 @@
-"""Robots (.urdf) and mechanisms (.json) whose solids are in files that the program does not read: these become triangle
+"""Robots (.urdf, and .xml of MuJoCo) and mechanisms (.json) whose solids are in files that the program does not read: these become triangle
 meshes in temporary files, and so does what names them."""
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import Dict, List, NamedTuple, Optional, Union
 from xml.etree import ElementTree
 from xml.sax.saxutils import quoteattr, unescape
 
-from t4d import collada_mesh, scenes, still
+from t4d import collada_mesh, mujoco_robot, scenes, still
 from t4d.collada_mesh import ColladaMesh
 from t4d.still import Still
 from t4d.triangles import TriangleMesh
@@ -30,22 +30,30 @@ class Robot(NamedTuple):
 
 def is_needed(path: str) -> bool:
     """Whether a file is of this kind, and links what the program does not read."""
-    if scenes.extension_of(path) not in (".urdf", ".json"):
+    if scenes.extension_of(path) not in (".urdf", ".json", ".xml", ".mjcf"):
         return False
     try:
         text = Path(path).read_text(encoding="utf-8")
     except (OSError, ValueError):
         return False  # the program says why
+    if scenes.extension_of(path) in (".xml", ".mjcf"):
+        return "<mujoco" in text
     is_robot = "<robot" in text if scenes.extension_of(path) == ".urdf" else '"bodies"' in text
     return is_robot and _LINKS.search(text) is not None
 
 
-def convert(path: str, folder: Path, geometry: str = "collision") -> Robot:
-    """Writes the files to the folder. Raises Error."""
+def convert(path: str, folder: Path, geometry: str = "", packages: Optional[Dict[str, Path]] = None) -> Robot:
+    """Writes the files to the folder; packages are the folders of --package. Raises Error."""
+    if scenes.extension_of(path) in (".xml", ".mjcf"):
+        robot = mujoco_robot.read(path, folder)
+        made = folder / f"{Path(path).stem}.urdf"
+        made.write_text(robot.urdf, encoding="utf-8")
+        return Robot(str(made), {str(made): path}, [f"{path}: {loss}" for loss in robot.losses])
     solids = _Solids(path, folder)
     text = Path(path).read_text(encoding="utf-8")
     place = folder / os.path.basename(path)
-    written = _urdf(text, geometry, solids) if scenes.extension_of(path) == ".urdf" else _mechanism(text, solids)
+    is_urdf = scenes.extension_of(path) == ".urdf"
+    written = _urdf(text, geometry, solids, packages or {}) if is_urdf else _mechanism(text, solids)
     place.write_text(written, encoding="utf-8")
     return Robot(str(place), {**solids.names, str(place): path}, solids.losses)
 
@@ -77,45 +85,66 @@ class _Solids:
         return self._places[name]
 
 
-def _urdf(text: str, geometry: str, solids: _Solids) -> str:
+def _urdf(text: str, geometry: str, solids: _Solids, packages: Dict[str, Path]) -> str:
     """The robot with the places of its meshes, on the same lines."""
     try:
-        links = ElementTree.fromstring(text).iterfind(f".//{geometry}//mesh")
-        used = {link.get("filename") for link in links}
+        robot = ElementTree.fromstring(text)
     except ElementTree.ParseError:
         return text  # the program says what is wrong
+    chosen = geometry or ("visual" if robot.find("link/collision") is None else "collision")
+    used = {link.get("filename") for link in robot.iterfind(f".//{chosen}//mesh")}
 
     def placed(found: "re.Match[str]") -> str:
         name = unescape(found[2][1:-1], {"&quot;": '"', "&apos;": "'"})
-        path = _path_of(name, solids.home) if name in used else None
+        path = _path_of(name, solids.home, packages) if name in used else None
         return found[0] if path is None else found[1] + quoteattr(solids.place_of(path))
 
     return _MESH.sub(placed, text)
 
 
-def _path_of(name: str, home: Path) -> Optional[Path]:
-    """As the program finds it: package://NAME/PATH in the folders that contain the robot, as NAME/PATH, and as PATH
-    where one is called NAME. None if it is in none."""
+def _path_of(name: str, home: Path, packages: Dict[str, Path]) -> Optional[Path]:
+    """As the program finds it (formats/motion/package_path.h). None if it does not."""
     if name.startswith("file://"):
         return Path(name[len("file://") :])
     if not name.startswith("package://"):
         return home / name
-    rest = name[len("package://") :]
-    package, _, within = rest.partition("/")
-    for folder in (home, *home.parents):
-        for path in (folder / rest, *([folder / within] if folder.name == package else [])):
-            if path.is_file():
-                return path
+    package, _, within = name[len("package://") :].partition("/")
+    within = within.lstrip("/")
+    if package in packages:
+        return packages[package] / within
+    places = [home, *home.parents]
+    places += [Path(one) for one in os.environ.get("ROS_PACKAGE_PATH", "").split(":") if one]
+    places += [Path(one) / "share" for one in os.environ.get("AMENT_PREFIX_PATH", "").split(":") if one]
+    for folder in places:
+        if (folder / package / within).is_file():
+            return folder / package / within
+        if (folder / within).is_file() and _is_package(folder, package):
+            return folder / within
     return None
+
+
+def _is_package(folder: Path, name: str) -> bool:
+    if folder.name == name:
+        return True
+    try:
+        found = re.search(r"<name>\s*([^\s<]*)", (folder / "package.xml").read_text(encoding="utf-8", errors="replace"))
+    except OSError:
+        return False
+    return found is not None and found[1] == name
 
 
 def _mechanism(text: str, solids: _Solids) -> str:
     """The mechanism with the places of all files. What is in metres says so."""
     try:
         whole = json.loads(text)
-        bodies = [body for body in whole["bodies"] if isinstance(body, dict)]
-    except (ValueError, KeyError, TypeError):
+        bodies = [body for body in whole.get("bodies", []) if isinstance(body, dict)]
+        robots = [robot for robot in whole.get("robots", []) if isinstance(robot, dict)]
+    except (ValueError, AttributeError, TypeError):
         return text  # the program says what is wrong
+    for robot in robots:
+        for key in ("robot", "motion"):
+            if isinstance(robot.get(key), str):
+                robot[key] = str(solids.home / robot[key])
     for body in bodies:
         solid, motion = body.get("solid"), body.get("motion")
         if isinstance(solid, str):

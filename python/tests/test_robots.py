@@ -137,3 +137,48 @@ def test_the_package_that_is_missing_is_named(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "collada", None)
     with pytest.raises(t4d.Unsupported, match="a.dae: is COLLADA, which needs .*pip install pycollada"):
         collada_mesh.read(str(dae(tmp_path / "a.dae", [""])))
+
+
+MJCF = """<mujoco><compiler angle="radian"/><asset><mesh name="part" file="part.obj"/></asset><worldbody>
+<geom name="floor" type="plane" size="1 1 1"/>
+<geom name="post" type="box" size="0.1 0.2 0.5" pos="0 0 -1"/>
+<body name="arm" pos="0.1 0.2 0.3" euler="0.3 0.2 0.1">
+  <joint name="lift" type="slide" axis="0 1 1" range="-1 1" limited="true"/>
+  <joint name="turn" type="hinge" axis="1 0 0.5" pos="0 0.3 0" ref="0.25"/>
+  <geom type="capsule" size="0.1 0.4" euler="1 0 0"/>
+  <geom type="sphere" size="0.3" contype="0" conaffinity="0"/>
+  <body name="hand" pos="0 0 0.6"><joint name="grip" type="hinge" axis="0 0 1"/>
+    <geom type="mesh" mesh="part" pos="0.2 0 0"/><geom type="ellipsoid" size="0.1 0.2 0.3" euler="0 1 0"/></body>
+  <body name="thumb"><joint name="follower" axis="1 0 0"/><geom type="cylinder" size="0.1 0.1" pos="0 0.5 0"/></body>
+</body></worldbody>
+<equality><joint joint1="follower" joint2="grip" polycoef="0.1 -2 0 0 0"/></equality></mujoco>
+"""
+
+
+def test_a_robot_of_mujoco_moves_as_in_mujoco(tmp_path):
+    mujoco = pytest.importorskip("mujoco")
+    obj(tmp_path / "part.obj", CORNERS * [0.1, 0.2, 0.3])
+    (tmp_path / "robot.xml").write_text(MJCF)
+    rows = {0: (0, 0, 0), 1: (0.4, -0.7, 0.5), 2: (-0.2, 1.1, 0.9)}
+    log = "".join(f"{time},{','.join(map(str, row))}\n" for time, row in rows.items())
+    (tmp_path / "log.csv").write_text("time,lift,turn,grip\n" + log)
+    said = sweep("robot.xml", "--motion", "log.csv", "-o", "robot.t4d", cwd=tmp_path, code=3)
+    assert "lost: robot.xml: floor of world: a plane" in said, said
+    mesh = t4d.read(tmp_path / "robot.t4d")
+    assert mesh.names == ["world", "arm", "hand", "hand 2", "thumb"] and mesh.up == "z"
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "robot.xml"))
+    data = mujoco.MjData(model)
+    solids = {"hand": 4, "hand 2": 5, "thumb": 6, "arm": 2}  # geoms
+    for time, (lift, turn, grip) in rows.items():
+        follower = 0.1 - 2 * grip
+        for name, value in (("lift", lift), ("turn", turn), ("grip", grip), ("follower", follower)):
+            data.qpos[model.jnt_qposadr[mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, name)]] = value
+        mujoco.mj_kinematics(model, data)
+        for name, geom in solids.items():
+            pose, place = data.geom_xmat[geom].reshape(3, 3), data.geom_xpos[geom]
+            found = (mesh[name].slice(time).vertices - place) @ pose  # in the frame of the geom
+            low, high = found.min(axis=0), found.max(axis=0)
+            size = {"hand": [0.1, 0.2, 0.3], "hand 2": [0.1, 0.2, 0.3], "thumb": [0.1, 0.1, 0.1], "arm": [0.1, 0.1, 0.5]}
+            extent = np.sort(size[name]) if name == "hand" else size[name]  # mujoco gives a mesh its main axes
+            assert np.allclose(np.sort(high) if name == "hand" else high, extent, atol=2e-7), (name, time, high)
+            assert np.allclose(low, -high, atol=2e-7), (name, time)

@@ -20,6 +20,7 @@
 #include "model/progress.h"
 #include "tools/report/html_page.h"
 #include "tools/report/svg_plot.h"
+#include "tools/t4d/clearance_matrix.h"
 #include "tools/t4d/collide_page.h"
 #include "tools/t4d/commands.h"
 #include "tools/t4d/console.h"
@@ -58,6 +59,8 @@ struct CollideArguments {
   bool noVolume = false;
   std::vector<std::string> outputs;
   std::string html;
+  std::string matrix;
+  bool all = false;  // pairs, also those that are clear
   bool json = false;
 };
 
@@ -193,13 +196,25 @@ std::string clearanceSentence(const CollidedPair& pair, double clearance) {
   return sentence + "; no finer sweep is known to decide it";
 }
 
-void printReport(const CollidedPair& pair, const CollideArguments& options) {
+void printJoints(const std::vector<formats::JointCourse>& joints, double time) {
+  if (joints.empty()) return;
+  std::string list;
+  for (const formats::JointCourse& joint : joints) {
+    list += fmt::format("{} {} {:.6g}", list.empty() ? "" : ",", joint.name, joint.at(time));
+    if (!joint.unit.empty()) list += " " + joint.unit;
+  }
+  print("  joints:{}\n", list);
+}
+
+void printReport(const CollidedPair& pair, const CollideArguments& options,
+                 const std::vector<formats::JointCourse>& joints) {
   const Collision& collision = pair.collision;
   print("{} and {}\n", pair.a.name, pair.b.name);
   print("  {}\n", sentenceOf(pair, options.collide.clearance));
   if (collision.contact()) {
     const Contact& first = collision.intervals.front().first;
     print("  first contact at t = {}, {}\n", first.time, text(first.point));
+    printJoints(joints, first.time);
     std::vector<std::vector<std::string>> rows = {
         {"  from", "to", "", "deepest at", "volume of the overlap"}};
     for (const measure::ContactInterval& interval : collision.intervals) {
@@ -218,6 +233,41 @@ void printReport(const CollidedPair& pair, const CollideArguments& options) {
   if (pair.clearance && collision.common) {
     print("  {}\n", clearanceSentence(pair, *options.collide.clearance));
   }
+}
+
+bool isClear(const CollidedPair& pair) { return !pair.mayMeet(); }
+
+/// Pairs that meet, may meet or do not keep the clearance, or all, and how many do.
+void printPairs(const verbs::CollideReport& found, const CollideArguments& options) {
+  const std::vector<CollidedPair>& pairs = found.pairs;
+  for (const CollidedPair& pair : pairs) {
+    if (options.all || pairs.size() == 1 || !isClear(pair))
+      printReport(pair, options, found.joints);
+  }
+  if (pairs.size() == 1) return;
+  const auto count = [&](Verdict verdict) {
+    return std::ranges::count(pairs, verdict,
+                              [](const CollidedPair& pair) { return pair.verdict.verdict; });
+  };
+  std::string text = fmt::format("{} of {} pairs hit", count(Verdict::Hit), pairs.size());
+  if (const auto touch = count(Verdict::Touch); touch > 0) text += fmt::format(", {} touch", touch);
+  if (const auto open = count(Verdict::WithinTolerance); open > 0) {
+    text += fmt::format(", {} cannot be decided", open);
+  }
+  const auto near = std::ranges::count_if(pairs, [](const CollidedPair& pair) {
+    return pair.verdict.verdict == Verdict::Clear && !pair.keepsClearance();
+  });
+  if (near > 0) text += fmt::format(", {} are nearer than the clearance or may be", near);
+  const CollidedPair* nearest = nullptr;
+  for (const CollidedPair& pair : pairs) {
+    if (!isClear(pair) || !pair.collision.common) continue;
+    if (nearest == nullptr || pair.verdict.clearBy < nearest->verdict.clearBy) nearest = &pair;
+  }
+  if (nearest != nullptr) {
+    text += fmt::format("; the others are clear by at least {} ({} and {})",
+                        atLeast(nearest->verdict.clearBy, 6), nearest->a.name, nearest->b.name);
+  }
+  print("{}\n", text);
 }
 
 void printIgnored(std::span<const verbs::BodyNames> ignored) {
@@ -322,6 +372,22 @@ Result<std::string> tableOf(const verbs::CollideReport& found, const Metadata& m
   return plotFile(path, clearancePlot(found, metadata));
 }
 
+/// Links of an SRDF file that no body is a part of.
+void noteUnknown(const std::string& file, const formats::DisabledCollisions& listed,
+                 const std::multimap<std::string, std::string>& bodiesOf) {
+  std::vector<std::string> unknown;
+  for (const std::string& link : listed.names()) {
+    if (!bodiesOf.contains(link)) unknown.push_back(link);
+  }
+  if (unknown.empty()) return;
+  constexpr std::size_t kShown = 8;
+  const std::size_t more = unknown.size() > kShown ? unknown.size() - kShown : 0;
+  unknown.resize(unknown.size() - more);
+  printNotices(
+      {fmt::format("{} names links that have no body here: {}{}", file, fmt::join(unknown, ", "),
+                   more > 0 ? fmt::format(", and {} more", more) : "")});
+}
+
 /// The pairs of `--ignore`: two names of bodies with a colon between them, or an SRDF file.
 Result<std::vector<verbs::BodyNames>> ignoredPairs(const CollideArguments& options,
                                                    std::span<const verbs::Input> inputs) {
@@ -336,13 +402,12 @@ Result<std::vector<verbs::BodyNames>> ignoredPairs(const CollideArguments& optio
   std::vector<verbs::BodyNames> pairs;
   for (const std::string& text : options.ignore) {
     if (formats::lowerCaseExtension(text) == ".srdf") {
-      auto listed = formats::readDisabledCollisions(text);
+      const auto listed = formats::readDisabledCollisions(text);
       if (!listed) return listed.error();
-      for (const verbs::BodyNames& links : *listed) {
-        for (auto [a, endA] = bodiesOf.equal_range(links[0]); a != endA; ++a) {
-          for (auto [b, endB] = bodiesOf.equal_range(links[1]); b != endB; ++b) {
-            pairs.push_back({a->second, b->second});
-          }
+      noteUnknown(text, *listed, bodiesOf);
+      for (const auto& [linkA, a] : bodiesOf) {
+        for (const auto& [linkB, b] : bodiesOf) {
+          if (linkA <= linkB && listed->contains(linkA, linkB)) pairs.push_back({a, b});
         }
       }
       continue;
@@ -405,6 +470,7 @@ std::string jsonOf(const CollideArguments& options, const verbs::CollideReport& 
 int run(const CollideArguments& options) {
   std::vector<std::string> outputs = options.outputs;
   if (!options.html.empty()) outputs.push_back(options.html);
+  if (!options.matrix.empty()) outputs.push_back(options.matrix);
   if (const auto misuse = misuseOf(options, outputs)) return wrongUsage(*misuse);
   if (auto good = checkOutputs(outputs, options.inputs); !good) return report(good.error());
   std::vector<verbs::Input> inputs;
@@ -432,7 +498,7 @@ int run(const CollideArguments& options) {
   ConsoleObserver observer;
   const auto found = verbs::collide(inputs, how, observer);
   if (!found) return report(found.error());
-  for (const verbs::MendedOfFile& mended : found->mended) printNotices({mended.text()});
+  if (!found->mended.empty()) printNotices({noticeOf(found->mended)});
   const Metadata& metadata = inputs.front().metadata;
   std::vector<std::string> losses;
   for (const std::string& output : options.outputs) {
@@ -452,10 +518,17 @@ int run(const CollideArguments& options) {
       return report(written.error());
     }
   }
+  if (!options.matrix.empty()) {
+    auto drawn = plotFile(options.matrix, clearanceMatrix(*found, metadata.lengthUnit));
+    const auto done = drawn.and_then([&](const std::string& picture) {
+      return formats::writeOutputFile(options.matrix, picture);
+    });
+    if (!done) return report(done.error());
+  }
   if (options.json) {
     tools::printText(jsonOf(options, *found, inputs) + "\n");
   } else {
-    for (const CollidedPair& pair : found->pairs) printReport(pair, options);
+    printPairs(*found, options);
     printIgnored(found->ignored);
     for (const std::string& output : outputs) {
       std::error_code unknown;
@@ -515,6 +588,13 @@ void addCollide(CLI::App& app, int& exitCode) {
       ->add_option("--html", options->html,
                    "Write a page with clearance and overlap over time, and pictures")
       ->check(htmlFile());
+  command
+      ->add_option("--matrix", options->matrix,
+                   "Write a picture of the clearances of all pairs of bodies")
+      ->check(someName())
+      ->check(outputByExtension({".svg", ".png"}))
+      ->type_name("FILE");
+  command->add_flag("--all", options->all, "Print all pairs, also those that are clear");
   options->only.addTo(*command);
   options->part.addTo(*command,
                       "Test only part K of N of the pairs of bodies; `t4d join` joins the reports");

@@ -64,6 +64,9 @@ std::string exportHintFor(const std::string& extension) {
   static const Row kRows[] = {
       {{".step", ".stp", ".iges", ".igs", ".brep", ".fcstd"},
        "it is a CAD model; in FreeCAD, mesh it and export it as .stl, .obj or .ply"},
+      {{".xml", ".mjcf"},
+       "a robot of MuJoCo (MJCF) is swept by Python: python3 -m t4d sweep robot.xml --motion "
+       "joints.csv"},
       {{".3mf", ".amf"}, "a program for 3D printing (a slicer) exports it as .stl"},
       {{".ma", ".mb", ".max", ".c4d", ".hip", ".lwo", ".3dm", ".skp"},
        "export it as glTF 2.0 (.glb), .fbx or .obj in the program that made it"}};

@@ -20,6 +20,7 @@
 #include "tools/t4d/option_checks.h"
 #include "tools/t4d/t4d_output.h"
 #include "tools/t4d/voxel_series.h"
+#include "tools/verbs/mechanism_input.h"
 #include "tools/verbs/sweep.h"
 
 namespace t4d::tools {
@@ -37,7 +38,9 @@ struct SweepArguments {
   std::string keyTimes;
   std::string animation;
   std::string scene;
-  std::string geometry;  // of a .urdf
+  std::string geometry;               // of a .urdf
+  std::optional<std::string> hull;    // of a mechanism
+  std::vector<std::string> packages;  // of a .urdf: NAME=FOLDER
   bool ownSteps = false;
   bool unite = false;  // --union
   std::string backend = "mesh4d";
@@ -63,7 +66,7 @@ constexpr const char* kUnionIsFor = "--union is for an animation and a solid tha
 /// The error message if options do not fit a mechanism.
 std::optional<std::string> misuseOfMechanism(const SweepArguments& options) {
   if (options.models.size() > 1) return "a mechanism is given alone: it names its solids";
-  const bool urdf = formats::lowerCaseExtension(options.models.front()) == ".urdf";
+  const bool urdf = verbs::isUrdf(options.models.front());
   if (options.unite) return kUnionIsFor;
   if (urdf && options.motion.empty()) {
     return "--motion is required for a .urdf: a table of its joints over time (docs/mechanism.md)";
@@ -71,7 +74,9 @@ std::optional<std::string> misuseOfMechanism(const SweepArguments& options) {
   if (!urdf && !options.motion.empty()) {
     return "--motion is not for a mechanism, which names its motions itself";
   }
-  if (!urdf && !options.geometry.empty()) return "--geometry is for a .urdf";
+  if (!urdf && !(options.geometry.empty() && options.packages.empty())) {
+    return "--geometry and --package are for a .urdf";
+  }
   if (!options.dividedBy.empty()) return "--bodies is not for a mechanism: each body is one";
   if (!options.table.table.empty()) {
     return "--angles, --quaternion, --length-unit and --time-unit are not for a mechanism, which "
@@ -91,8 +96,8 @@ std::optional<std::string> misuseOfMechanism(const SweepArguments& options) {
 /// The error message if the options that give the motion do not fit the kind of sweep.
 std::optional<std::string> misuseOfMotion(const SweepArguments& options, SweepKind kind) {
   if (kind == SweepKind::Mechanism) return misuseOfMechanism(options);
-  if (options.ownSteps || !options.geometry.empty()) {
-    return "--own-steps and --geometry are for a mechanism (.json or .urdf)";
+  if (options.ownSteps || !options.geometry.empty() || options.hull || !options.packages.empty()) {
+    return "--own-steps, --geometry, --package and --hull are for a mechanism (.json or .urdf)";
   }
   const bool namesPart = !options.animation.empty() || !options.scene.empty();
   if (namesPart && kind != SweepKind::Animation) {
@@ -241,6 +246,22 @@ voxel4d::FrameTimes unionTimes(const SweepArguments& options, SweepKind kind) {
   return {options.times.count, {}};
 }
 
+formats::Packages packagesOf(const SweepArguments& options) {
+  formats::Packages packages;
+  for (const std::string& text : options.packages) {
+    const auto equals = text.find('=');
+    packages[text.substr(0, equals)] = text.substr(equals + 1);
+  }
+  return packages;
+}
+
+std::optional<verbs::Hull> hullOf(const SweepArguments& options) {
+  if (!options.hull) return std::nullopt;
+  return *options.hull == "never"    ? verbs::Hull::Never
+         : *options.hull == "always" ? verbs::Hull::Always
+                                     : verbs::Hull::Fallback;
+}
+
 verbs::SweepOptions sweepOptionsOf(const SweepArguments& options, SweepKind kind) {
   verbs::SweepOptions how;
   const std::string& file = options.models.front();
@@ -261,7 +282,9 @@ verbs::SweepOptions sweepOptionsOf(const SweepArguments& options, SweepKind kind
                                        options.geometry,
                                        ruleOf(options),
                                        options.ownSteps,
-                                       options.maxSteps};
+                                       options.maxSteps,
+                                       hullOf(options),
+                                       packagesOf(options)};
       break;
   }
   how.mending = options.mending.given(options.mend);
@@ -270,7 +293,9 @@ verbs::SweepOptions sweepOptionsOf(const SweepArguments& options, SweepKind kind
     how.united = verbs::VoxelUnion{options.voxelSize, unionTimes(options, kind),
                                    voxelCapStyle(options.caps)};
   }
-  if (options.caps == "cone") how.caps = mesh4d::CapMethod::Cone;
+  // What the ends are filled with means nothing to those who move a robot, and cones always can.
+  const bool cones = options.caps.empty() && kind == SweepKind::Mechanism;
+  if (cones || options.caps == "cone") how.caps = mesh4d::CapMethod::Cone;
   if (options.prism == 3) how.prism = mesh4d::PrismSplit::Three;
   how.part = options.part.value_or(model::Part());
   how.output = options.output.fileOptions();
@@ -332,6 +357,14 @@ void printReport(const verbs::SweepReport& report, const SweepArguments& options
   }
   print("  {}, {:.2f} s, peak memory {}\n", sizeText(report.bytes), report.seconds,
         sizeText(peakBytes()));
+  const bool robot = verbs::sweepKindOf(options.models, options.motion) == SweepKind::Mechanism;
+  if (robot && std::ranges::any_of(report.mended, [](const verbs::MendedBody& body) {
+        return verbs::isReshaped(body.report);
+      })) {
+    std::vector<std::vector<std::string>> rows = rowsOf(report.mended);
+    for (auto& row : rows) row.front().insert(0, "  ");
+    printTable(rows, "llr");
+  }
   if (const auto rounding = options.output.coding.rounding()) print("  {}\n", *rounding);
 }
 
@@ -375,12 +408,29 @@ void addSweep(CLI::App& app, int& exitCode) {
                       "Motion: .json, or poses as .csv, .tsv or .txt (docs/motion.md)");
   options->table.addTo(*command);
   command
-      ->add_option("--geometry", options->geometry,
-                   "Geometry of the links of a .urdf to sweep (default: collision)")
+      ->add_option(
+          "--geometry", options->geometry,
+          "Geometry of the links of a .urdf to sweep (default: collision or, without any, visual)")
       ->check(CLI::IsMember({"collision", "visual"}));
   command->add_flag(
       "--own-steps", options->ownSteps,
       "Divide the motion of each body of a mechanism into its own steps (default: common steps)");
+  command
+      ->add_option("--package", options->packages,
+                   "Folder of a package that meshes of a .urdf are in; repeatable")
+      ->allow_extra_args(false)
+      ->check(CLI::Validator(
+          [](std::string& text) {
+            const auto equals = text.find('=');
+            const bool good = equals != text.npos && equals > 0 && equals + 1 < text.size();
+            return good ? std::string() : fmt::format("'{}' is not NAME=FOLDER", text);
+          },
+          "NAME=FOLDER"));
+  command
+      ->add_option("--hull", options->hull,
+                   "Sweep the convex hull of a solid of a mechanism: where mending it fails or "
+                   "would drop some of it (default), never, or always")
+      ->check(CLI::IsMember({"never", "fallback", "always"}));
   addBodiesOption(*command, options->dividedBy, /*components=*/true);
   options->mending.addTo(*command, options->mend);
   command->add_flag("--union", options->unite,
@@ -426,8 +476,9 @@ void addSweep(CLI::App& app, int& exitCode) {
   rvMin->excludes(steps)->excludes(deviation);
   steps->excludes(deviation);
   command
-      ->add_option("--caps", options->caps,
-                   "Caps at the ends (default: tetgen for mesh4d, flat for voxel4d)")
+      ->add_option(
+          "--caps", options->caps,
+          "Caps at the ends (default: tetgen for mesh4d, cone for mechanisms, flat for voxel4d)")
       ->check(CLI::IsMember({"tetgen", "cone", "flat", "half-step", "graded"}));
   command
       ->add_option("--prism", options->prism,

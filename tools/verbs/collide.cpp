@@ -9,6 +9,7 @@
 
 #include "formats/t4d/body_details.h"
 #include "measure/overlap.h"
+#include "model/amount_text.h"
 #include "tools/verbs/csv_field.h"
 #include "tools/verbs/json_text.h"
 
@@ -104,8 +105,9 @@ ordered_json jsonOf(const std::optional<measure::CellNumber>& cell) {
   return {{"slab", cell->slab}, {"cell", cell->cell}};
 }
 
-ordered_json jsonOf(const CollidedPair& pair, bool overlapVolumes) {
+ordered_json jsonOf(const CollidedPair& pair, const CollideReport& report) {
   const Collision& collision = pair.collision;
+  const bool overlapVolumes = report.overlapVolumes;
   ordered_json value = {{"a", pair.a.name},
                         {"b", pair.b.name},
                         {"common", nullptr},
@@ -136,6 +138,13 @@ ordered_json jsonOf(const CollidedPair& pair, bool overlapVolumes) {
                               {"point", jsonOf(first.point)},
                               {"cell_a", jsonOf(first.a)},
                               {"cell_b", jsonOf(first.b)}};
+    if (!report.joints.empty()) {
+      ordered_json& joints = value["first_contact"]["joints"] = ordered_json::array();
+      for (const formats::JointCourse& joint : report.joints) {
+        joints.push_back(
+            {{"name", joint.name}, {"value", joint.at(first.time)}, {"unit", joint.unit}});
+      }
+    }
     distance = bound = 0;
     time = first.time;
     points = {jsonOf(first.point), jsonOf(first.point)};
@@ -208,16 +217,25 @@ Result<void> judgePair(CollidedPair& pair, const CollideOptions& options) {
 
 }  // namespace
 
-std::string MendedOfFile::text() const {
+std::string noticeOf(std::span<const MendedOfFile> mended) {
+  constexpr std::size_t kShown = 8;
   std::string text = fmt::format(
-      "body '{}' of {} was changed by mending: volume {:.6g}, {}; surface moved by up to {:.6g}",
-      body, file, info.volumeAfter,
-      info.volumeBefore ? fmt::format("{:.6g} before", *info.volumeBefore) : "open before",
-      info.hausdorff);
-  if (info.lostTriangles > 0) {
-    text += fmt::format("; parts up to {:.6g} outside of it were dropped", info.lostDistance);
+      "the answer is about {} as the file has {}:", model::counted(mended.size(), "body", "bodies"),
+      mended.size() == 1 ? "it" : "them");
+  for (const auto& [file, body, info] : mended.first(std::min(mended.size(), kShown))) {
+    text += fmt::format(
+        " '{}' of {} {} (volume {:.6g}, {}; surface moved by up to {:.6g}", body, file,
+        info.hull ? "is a convex hull" : "was mended", info.volumeAfter,
+        info.volumeBefore ? fmt::format("{:.6g} before", *info.volumeBefore) : "open before",
+        info.hausdorff);
+    if (info.lostTriangles > 0) {
+      text += fmt::format("; parts up to {:.6g} outside of it were dropped", info.lostDistance);
+    }
+    text += "),";
   }
-  return text + "; the answer is about the mended solid";
+  text.pop_back();
+  if (mended.size() > kShown) text += fmt::format(", and {} more", mended.size() - kShown);
+  return text;
 }
 
 bool CollidedPair::keepsClearance() const {
@@ -272,6 +290,11 @@ Result<CollideReport> collide(std::span<const Input> inputs, const CollideOption
     sources.push_back({pair.a.source, pair.b.source});
   }
   report.mended = mendedIn(inputs, report.pairs);
+  for (const Input& input : inputs) {
+    for (auto& joint : formats::jointsOf(input.metadata.detailsJson)) {
+      report.joints.push_back(std::move(joint));
+    }
+  }
   auto collisions = measure::collideAll(sources, {.overlapVolumes = options.overlapVolumes},
                                         stage->part(report.pairs.size()));
   if (!collisions) return inInput(collisions.error(), inputs.front());
@@ -326,7 +349,7 @@ std::string clearanceJson(const CollideReport& report) {
 std::string jsonOf(const CollideReport& report) {
   ordered_json value = {{"pairs", ordered_json::array()}};
   for (const CollidedPair& pair : report.pairs) {
-    value["pairs"].push_back(jsonOf(pair, report.overlapVolumes));
+    value["pairs"].push_back(jsonOf(pair, report));
   }
   value["ignored"] = ordered_json::array();
   for (const auto& [a, b] : report.ignored) value["ignored"].push_back({{"a", a}, {"b", b}});
@@ -338,7 +361,8 @@ std::string jsonOf(const CollideReport& report) {
                                {"volume_after", mended.info.volumeAfter},
                                {"hausdorff", mended.info.hausdorff},
                                {"lost_triangles", mended.info.lostTriangles},
-                               {"lost_distance", mended.info.lostDistance}});
+                               {"lost_distance", mended.info.lostDistance},
+                               {"hull", mended.info.hull}});
   }
   return jsonText(value);
 }

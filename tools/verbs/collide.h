@@ -52,21 +52,22 @@ struct CollidedPair {
   std::optional<double> decidingDeviation() const;            ///< as mesh4d::MaxDeviation
 };
 
-/// A body that mending reshaped before it was swept: what is found is about the mended solid.
+/// A body that was reshaped before it was swept: what is found is about the solid in the file.
 struct MendedOfFile {
   std::string file;
   std::string body;
   formats::MendedInfo info;
-
-  /// What was changed, as a sentence without a full stop.
-  std::string text() const;
 };
 
+/// What was changed in at least one body, as a sentence without a full stop.
+std::string noticeOf(std::span<const MendedOfFile> mended);
+
 struct CollideReport {
-  std::vector<CollidedPair> pairs;        ///< not empty
-  std::vector<BodyNames> ignored;         ///< those that were not tested
-  bool overlapVolumes = true;             ///< they were measured
-  std::vector<MendedOfFile> mended = {};  ///< of bodies that were tested
+  std::vector<CollidedPair> pairs;                ///< not empty
+  std::vector<BodyNames> ignored;                 ///< those that were not tested
+  bool overlapVolumes = true;                     ///< they were measured
+  std::vector<MendedOfFile> mended = {};          ///< of bodies that were tested
+  std::vector<formats::JointCourse> joints = {};  ///< of all inputs
 
   bool mayMeet() const;
 };

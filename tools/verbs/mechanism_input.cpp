@@ -3,16 +3,21 @@
 #include <algorithm>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "formats/file_extension.h"
 #include "formats/motion/urdf_reader.h"
 #include "formats/t4d/body_details.h"
 #include "mesh4d/mechanism_keys.h"
+#include "model/amount_text.h"
 #include "tools/verbs/mending.h"
 
 namespace t4d::verbs {
 
-bool isUrdf(const std::string& path) { return formats::lowerCaseExtension(path) == ".urdf"; }
+bool isUrdf(const std::string& path) {
+  const std::string extension = formats::lowerCaseExtension(path);
+  return extension == ".urdf" || extension == ".xacro";  // of which the reader says what to do
+}
 
 bool isMechanism(const std::string& path) {
   return isUrdf(path) || formats::lowerCaseExtension(path) == ".json";
@@ -57,28 +62,42 @@ void noteManySteps(const formats::LoadedMechanism& mechanism,
                             mechanism.mechanism.knots(mechanism.solids[body].link).size()));
 }
 
+/// Mends the solids or takes their hulls, and leaves out those without volume.
+Result<void> makeSolids(const MechanismInput& input, formats::LoadedMechanism& mechanism,
+                        MechanismBodies& loaded, Observer& observer) {
+  std::vector<formats::MechanismSolid> solids;
+  std::vector<std::string> flat;
+  std::vector<Error> errors;
+  for (formats::MechanismSolid& solid : mechanism.solids) {
+    auto done = mendOrHull(solid.mesh, input.mending, input.hull, solid.where, observer);
+    if (done) {
+      loaded.mended.push_back({solid.name, std::move(*done)});
+      solids.push_back(std::move(solid));
+    } else {
+      flat.push_back(solid.name);
+      errors.push_back(std::move(done.error()));
+    }
+  }
+  const bool fails = solids.empty() || input.hull == Hull::Never;
+  if (!errors.empty() && fails) return allErrors(std::move(errors));
+  mechanism.solids = std::move(solids);
+  if (flat.empty()) return {};
+  loaded.losses.push_back(fmt::format("{} without volume: {}",
+                                      model::counted(flat.size(), "body", "bodies"),
+                                      fmt::join(flat, ", ")));
+  return {};
+}
+
 }  // namespace
 
 Result<MechanismBodies> readMechanismBodies(const MechanismInput& input, Observer& observer) {
-  formats::UrdfOptions how;
-  if (!input.geometry.empty()) how.geometry = input.geometry;
+  const formats::UrdfOptions how{input.geometry, input.packages};
   auto read = isUrdf(input.path) ? formats::readUrdf(input.path, input.motion, how)
                                  : formats::readMechanism(input.path);
   if (!read) return read.error();
   for (const std::string& notice : read->notices) observer.note(input.path + ": " + notice);
   MechanismBodies loaded;
-  std::vector<Error> errors;
-  for (formats::MechanismSolid& solid : read->solids) {
-    if (!input.mending) continue;
-    auto done = mendSolid(solid.mesh, *input.mending, solid.where, observer);
-    if (done) {
-      loaded.mended.push_back({solid.name, std::move(*done)});
-    } else {
-      errors.push_back(std::move(done.error()));
-    }
-  }
-  if (!errors.empty()) return allErrors(std::move(errors));
-  observer.noteEach(noticesOf(loaded.mended));
+  if (auto made = makeSolids(input, *read, loaded, observer); !made) return made.error();
   const auto mechanism = std::make_shared<const formats::LoadedMechanism>(std::move(*read));
   std::vector<mesh4d::LinkSolid> solids;
   for (const formats::MechanismSolid& solid : mechanism->solids) {

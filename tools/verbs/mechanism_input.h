@@ -8,6 +8,7 @@
 
 #include "formats/gltf/gltf_animation.h"
 #include "formats/motion/mechanism_reader.h"
+#include "formats/motion/package_path.h"
 #include "mesh4d/prism.h"
 #include "mesh4d/steps.h"
 #include "t4d/edit.h"
@@ -28,9 +29,11 @@ struct MechanismInput {
   std::string geometry = {};  ///< of a .urdf, as formats::UrdfOptions; "" for default
   mesh4d::StepRule steps = {};
   mesh4d::PrismSplit prism = mesh4d::PrismSplit::Fourteen;
-  bool ownSteps = false;                                 ///< of each body, and not common ones
-  std::optional<edit::MendSurfaceOptions> mending = {};  ///< nothing: solids as they are
-  std::optional<std::uint64_t> maxSteps = {};            ///< as mesh4d::mechanismKeys
+  bool ownSteps = false;  ///< of each body, and not common ones
+  edit::MendSurfaceOptions mending = {};
+  Hull hull = Hull::Fallback;
+  formats::Packages packages = {};             ///< of a .urdf, as formats::UrdfOptions
+  std::optional<std::uint64_t> maxSteps = {};  ///< as mesh4d::mechanismKeys
 };
 
 struct MechanismBodies {
@@ -39,11 +42,13 @@ struct MechanismBodies {
   std::vector<formats::BodyInfo> infos = {};  ///< of each body
   double chordBound = 0;                      ///< in length units, of all bodies
   std::vector<std::string> files = {};        ///< all that were read
-  std::vector<MendedBody> mended = {};        ///< empty if none was to be mended
+  std::vector<MendedBody> mended = {};        ///< of each body
+  std::vector<std::string> losses = {};       ///< solids without volume, which are left out
 };
 
-/// Reads a mechanism. The observer gets its notices. If several solids cannot be mended, the error
-/// has those of the others (Error::others).
+/// Reads a mechanism, whose solids are mended or become their hulls. The observer gets its notices.
+/// Solids without volume are left out, unless all are or Hull::Never is given. If several solids
+/// cannot be mended, the error has those of the others (Error::others).
 Result<MechanismBodies> readMechanismBodies(const MechanismInput& input, Observer& observer);
 
 }  // namespace t4d::verbs

@@ -68,6 +68,20 @@ Result<edit::MendSurfaceReport> mendDeformedSolid(model::TriangleMesh& mesh, edi
   return mendedAt(edit::mendDeformation(mesh, runs, options, crossings), where);
 }
 
+Result<edit::MendSurfaceReport> mendOrHull(model::TriangleMesh& mesh,
+                                           const edit::MendSurfaceOptions& options, Hull hull,
+                                           const Place& where, Observer& observer) {
+  if (hull == Hull::Always) return mendedAt(edit::hullSurface(mesh), where);
+  model::TriangleMesh mendable = mesh;
+  auto mended = mendSolid(mendable, options, where, observer);
+  const bool whole = mended && mended->lost.triangles == 0;
+  if (!whole && hull == Hull::Fallback) {
+    if (auto taken = edit::hullSurface(mesh)) return taken;
+  }
+  if (mended) mesh = std::move(mendable);
+  return mended;
+}
+
 edit::MendSurfaceReport totalOf(const std::vector<MendedBody>& bodies) {
   edit::MendSurfaceReport total = bodies.front().report;
   total.changes.clear();
@@ -121,6 +135,31 @@ bool isReshaped(const edit::MendSurfaceReport& report) {
          (!report.changes.empty() && !sameInText(report.volumeBefore, report.volumeAfter));
 }
 
+bool isHull(const edit::MendSurfaceReport& report) {
+  return std::ranges::any_of(report.changes, [](const edit::SurfaceChange& change) {
+    return change.kind == edit::SurfaceFault::Hull;
+  });
+}
+
+std::vector<std::vector<std::string>> rowsOf(const std::vector<MendedBody>& bodies) {
+  std::vector<std::vector<std::string>> rows = {
+      {"body", "is", "volume", "before", "distance", "extent before", "after"}};
+  for (const auto& [name, report] : bodies) {
+    std::vector<std::string> row = {name, "as it was", fmt::format("{:.6g}", report.volumeAfter)};
+    if (isReshaped(report)) {
+      row[1] = isHull(report) ? "its hull" : "mended";
+      row.push_back(report.volumeBefore ? fmt::format("{:.6g}", *report.volumeBefore) : "open");
+      row.push_back(fmt::format("{:.3g}", report.hausdorff));
+      const std::string before = extentOf(report.boundsBefore);
+      const std::string after = extentOf(report.boundsAfter);
+      if (before != after) row.insert(row.end(), {before, after});
+    }
+    row.resize(rows.front().size());
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
 std::string measuresOf(const edit::MendSurfaceReport& report) {
   const char* unchecked = report.selfIntersections || edit::findsCrossings()
                               ? ""
@@ -161,8 +200,8 @@ std::vector<std::string> lossesOf(const std::vector<MendedBody>& bodies) {
 }
 
 formats::MendedInfo mendedInfoOf(const edit::MendSurfaceReport& report) {
-  return {report.volumeBefore, report.volumeAfter, report.hausdorff, report.lost.triangles,
-          report.lost.distance};
+  return {report.volumeBefore,   report.volumeAfter,   report.hausdorff,
+          report.lost.triangles, report.lost.distance, isHull(report)};
 }
 
 }  // namespace t4d::verbs

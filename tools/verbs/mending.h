@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -20,6 +21,13 @@ struct MendedBody {
   edit::MendSurfaceReport report;
 };
 
+/// When a solid becomes its convex hull (edit::hullSurface), as planners of robots take links.
+enum class Hull : std::uint8_t {
+  Never,     ///< what cannot be mended is an error, and what mending drops is a loss
+  Fallback,  ///< where it cannot be mended, or where mending would drop some of it
+  Always,
+};
+
 /// Mends a mesh (edit::mendSurface); `where` is the place of errors that have none.
 Result<edit::MendSurfaceReport> mendSolid(model::TriangleMesh& mesh,
                                           const edit::MendSurfaceOptions& options,
@@ -31,6 +39,11 @@ Result<edit::MendSurfaceReport> mendDeformedSolid(model::TriangleMesh& mesh, edi
                                                   const edit::MendSurfaceOptions& options,
                                                   edit::Crossings crossings, const Place& where);
 
+/// Mends a mesh, or takes its hull. If that has no volume, the error is that of mending.
+Result<edit::MendSurfaceReport> mendOrHull(model::TriangleMesh& mesh,
+                                           const edit::MendSurfaceOptions& options, Hull hull,
+                                           const Place& where, Observer& observer);
+
 /// All bodies together, at least one: changes with the name of their body, sums of volumes and
 /// counts, and the largest distances. Without bounds, since bodies may have frames of their own.
 edit::MendSurfaceReport totalOf(const std::vector<MendedBody>& bodies);
@@ -41,6 +54,12 @@ nlohmann::ordered_json mendJson(const std::vector<MendedBody>& bodies);
 /// Whether the shape is another one than that of the input: not if vertices were merged or the
 /// surface was turned, at the same volume.
 bool isReshaped(const edit::MendSurfaceReport& report);
+
+bool isHull(const edit::MendSurfaceReport& report);
+
+/// A row for each body: what became of it, and its measures. The first one has the names of the
+/// columns.
+std::vector<std::vector<std::string>> rowsOf(const std::vector<MendedBody>& bodies);
 
 /// The volumes, the extents and how far the surface moved, on one line.
 std::string measuresOf(const edit::MendSurfaceReport& report);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "formats/animation/deformation_reader.h"
+#include "formats/motion/package_path.h"
 #include "formats/triangle/mesh_bodies.h"
 #include "t4d/edit.h"
 #include "t4d/motion.h"
@@ -67,6 +68,10 @@ struct MechanismSweep {
   mesh4d::StepRule steps = {};
   bool ownSteps = false;                       ///< as mesh4d::mechanismKeys without `common`
   std::optional<std::uint64_t> maxSteps = {};  ///< as mesh4d::mechanismKeys
+  /// Nothing for Hull::Fallback that nobody asked for: each hull is a loss. So is what is mended
+  /// without SweepOptions::mending.
+  std::optional<Hull> hull = {};
+  formats::Packages packages = {};  ///< of a .urdf alone, as formats::UrdfOptions
 };
 
 /// How files are swept, by their names.
@@ -91,8 +96,9 @@ struct VoxelUnion {
 
 struct SweepOptions {
   std::variant<MotionSweep, DeformationSweep, AnimationSweep, MechanismSweep> what;
-  /// Mends solids first; nothing for solids as they are. Of deformations and animations no vertex
-  /// can be moved: without `remesh` and `maxMove`; with cones, triangles may cross.
+  /// Mends solids first; nothing for solids as they are, but for mechanisms, which are mended in
+  /// any case. Of deformations and animations no vertex can be moved: without `remesh` and
+  /// `maxMove`; with cones, triangles may cross.
   std::optional<edit::MendSurfaceOptions> mending = {};
   /// Makes each connected component of deformations and animations a body (edit::divideSolids).
   bool components = false;

@@ -102,6 +102,12 @@ std::string sweepDetails(const SweepOptions& options, const SweepInput& input) {
   }
   if (writing.step) parameters["grid"] = *writing.step;
   ordered_json details{{"source", sourceOf(options)}, {"parameters", parameters}};
+  std::size_t values = 0;
+  for (const formats::JointCourse& joint : input.joints) values += joint.values.size();
+  constexpr std::size_t kMostValues = 20'000;  // more would be most of the file
+  if (values > 0 && values <= kMostValues) {
+    details["joints"] = ordered_json::parse(formats::jointsJson(input.joints));
+  }
   if (!input.materials.empty() && !options.united) details["materials"] = input.materials;
   return details.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
 }

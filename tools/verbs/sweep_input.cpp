@@ -1,6 +1,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "formats/animation/mesh_steps.h"
 #include "formats/gltf/gltf_writer.h"
@@ -106,11 +107,27 @@ Result<SweepInput> readMoving(const AnimationSweep& what, const SweepOptions& op
   return input;
 }
 
+/// Says which bodies were mended, or became their hulls, though nobody asked for it.
+void addUnasked(SweepInput& input, bool hulls) {
+  std::vector<std::string> names;
+  for (const auto& [name, report] : input.mended) {
+    if (isReshaped(report) && isHull(report) == hulls) names.push_back(name);
+  }
+  if (names.empty()) return;
+  input.losses.push_back(fmt::format(
+      "the shape of bodies that {}: {}",
+      hulls ? "became convex hulls (--hull)" : "were mended (--mend)", fmt::join(names, ", ")));
+}
+
 Result<SweepInput> readMoving(const MechanismSweep& what, const SweepOptions& options,
                               Observer& observer) {
-  auto read = readMechanismBodies({what.file, what.motion, what.geometry, what.steps, options.prism,
-                                   what.ownSteps, options.mending, what.maxSteps},
-                                  observer);
+  MechanismInput mechanism{what.file, what.motion, what.geometry, what.steps, options.prism};
+  mechanism.ownSteps = what.ownSteps;
+  mechanism.mending = options.mending.value_or(edit::MendSurfaceOptions());
+  mechanism.hull = what.hull.value_or(Hull::Fallback);
+  mechanism.maxSteps = what.maxSteps;
+  mechanism.packages = what.packages;
+  auto read = readMechanismBodies(mechanism, observer);
   if (!read) return read.error();
   SweepInput input;
   input.infos = std::move(read->infos);
@@ -119,12 +136,15 @@ Result<SweepInput> readMoving(const MechanismSweep& what, const SweepOptions& op
   input.mended = std::move(read->mended);
   input.files = std::move(read->files);
   input.losses = read->mechanism->losses;
+  input.losses.insert(input.losses.end(), read->losses.begin(), read->losses.end());
   for (std::string& loss : lossesOf(input.mended)) input.losses.push_back(std::move(loss));
+  if (!options.mending) addUnasked(input, false);
+  if (!what.hull) addUnasked(input, true);
   input.halfTurns = read->mechanism->halfTurns;
+  input.joints = read->mechanism->joints;
   input.lengthUnit = read->mechanism->lengthUnit;
   input.timeUnit = read->mechanism->timeUnit;
-  // By the conventions of ROS (REP 103).
-  if (isUrdf(what.file)) input.up = "z";
+  input.up = read->mechanism->up;
   if (auto notice = model::noticeOfHalfTurns(input.halfTurns); !notice.empty()) {
     observer.note(notice);
   }

@@ -47,6 +47,7 @@ struct SweepInput {
   std::vector<std::string> losses = {};
   std::vector<std::string> otherAnimations = {};  ///< as formats::AnimatedScene
   std::vector<std::string> files = {};            ///< all that were read
+  std::vector<formats::JointCourse> joints = {};  ///< of a mechanism
   std::vector<MendedBody> mended = {};      ///< in the order of the bodies; empty without mending
   std::vector<std::string> materials = {};  ///< the names that the attribute `material` numbers
 };

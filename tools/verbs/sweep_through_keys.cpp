@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -45,10 +46,6 @@ void addRun(const mesh4d::SweepReport& run, const std::string& name, SweptBody& 
   body.tetrahedra += run.tetrahedra;
   body.steps += run.steps;
   for (const int end : {0, 1}) all.capTetrahedra[end] += run.capTetrahedra[end];
-  for (const std::string& notice : run.notices) {
-    const std::string named = name.empty() ? notice : fmt::format("body '{}': {}", name, notice);
-    if (std::ranges::find(all.notices, named) == all.notices.end()) all.notices.push_back(named);
-  }
   all.folds->prisms += run.foldedPrisms;
   all.folds->steps += run.foldedSteps;
   addFirst(run.folds, name, all.folds->first);
@@ -59,6 +56,37 @@ void addRun(const mesh4d::SweepReport& run, const std::string& name, SweptBody& 
   all.crossings->unfinishedSteps += run.unfinishedSteps;
   addFirst(run.crossings, name, all.crossings->first);
 }
+
+/// Notices of runs, each once, and of which bodies.
+class Noticed {
+ public:
+  void add(const std::vector<std::string>& notices, const std::string& body) {
+    for (const std::string& notice : notices) {
+      auto known = std::ranges::find(all_, notice, &Notice::text);
+      if (known == all_.end()) known = all_.insert(all_.end(), {notice, {}});
+      known->bodies.insert(body);
+    }
+  }
+
+  std::vector<std::string> sentences() const {
+    std::vector<std::string> sentences;
+    for (const auto& [text, bodies] : all_) {
+      const std::string whose = bodies.size() > 1 ? fmt::format("{} bodies: ", bodies.size())
+                                : bodies.begin()->empty()
+                                    ? ""
+                                    : fmt::format("body '{}': ", *bodies.begin());
+      sentences.push_back(whose + text);
+    }
+    return sentences;
+  }
+
+ private:
+  struct Notice {
+    std::string text;
+    std::set<std::string> bodies;
+  };
+  std::vector<Notice> all_;
+};
 
 }  // namespace
 
@@ -72,6 +100,7 @@ Result<SweepReport> sweepThroughKeys(const SweepOptions& options, const SweepInp
   }
   const auto stage = observer.stage("sweeping", keys, "keys");
   SweepReport all;
+  Noticed noticed;
   all.folds.emplace();
   for (std::size_t i = 0; i < moving.bodies.size(); ++i) {
     const formats::AnimatedBody& body = moving.bodies[i];
@@ -94,13 +123,16 @@ Result<SweepReport> sweepThroughKeys(const SweepOptions& options, const SweepInp
         }
         return error;
       }
-      addRun(*done, input.infos.empty() ? "" : body.name, ofBody, all);
+      const std::string name = input.infos.empty() ? "" : body.name;
+      addRun(*done, name, ofBody, all);
+      noticed.add(done->notices, name);
     }
     all.vertices += ofBody.vertices;
     all.tetrahedra += ofBody.tetrahedra;
     all.steps += ofBody.steps;
     if (!input.infos.empty()) all.bodies.push_back(std::move(ofBody));
   }
+  all.notices = noticed.sentences();
   return all;
 }
 

@@ -123,6 +123,7 @@ class Inputs : public Program {
         {"track cube.t4d --times-file times.csv", {"cube.t4d", "times.csv"}, "--contacts ", ".csv"},
         {"collide cube.t4d rest.t4d --frames 2", {"cube.t4d", "rest.t4d"}, o, ".json"},
         {"collide cube.t4d rest.t4d --frames 2", {"cube.t4d", "rest.t4d"}, html, ".html"},
+        {"collide cube.t4d rest.t4d", {"cube.t4d", "rest.t4d"}, "--matrix ", ".svg"},
         {"envelope cube.t4d --exact", {"cube.t4d"}, o, ".stl"},
         {"envelope cube.t4d --voxel-size 4", {"cube.t4d"}, html, ".html"},
         {"envelope cube.t4d --voxel-size 4", {"cube.t4d"}, "--visits ", ".vdb"},

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <string>
+
+#include "tools/verbs/collide.h"
+
+namespace t4d::tools {
+
+/// An <svg> element with a square for each pair of bodies: red where they hit, orange where they
+/// touch, cannot be told apart or do not keep the clearance, otherwise the lighter the farther they
+/// stay apart; without colour if they were not tested. Titles of squares tell the distances, in
+/// `lengthUnit`.
+std::string clearanceMatrix(const verbs::CollideReport& report, const std::string& lengthUnit);
+
+}  // namespace t4d::tools
