@@ -99,7 +99,7 @@ TEST(PointField, OfVoxelsThatOpenVdbTakesForNoneIsRefused) {
   ASSERT_TRUE(file) << file.error().text();
   const auto lattice = latticeOf(*(*file)->grids()[0].header, "");
   ASSERT_TRUE(lattice) << lattice.error().text();
-  EXPECT_EQ(lattice->voxelSize, kFinestVoxel);
+  EXPECT_DOUBLE_EQ(lattice->voxelSize, kFinestVoxel);
   EXPECT_EQ(lattice->origin, field.lattice.origin);
 
   field.lattice.voxelSize = 0.99 * kFinestVoxel;
