@@ -10,25 +10,37 @@ namespace t4d::tools {
 namespace {
 
 TEST_F(Program, SmallVoxelsWorkByFilesAndWithout) {
-  placeFixture("cube", 1e-6, 0);
-  ASSERT_EQ(run("sweep cube-placed.obj -m fx/rest.json --backend voxel4d --voxel-size 2e-6 "
+  placeFixture("cube", 1e-4, 0);
+  ASSERT_EQ(run("sweep cube-placed.obj -m fx/rest.json --backend voxel4d --voxel-size 2e-4 "
                 "--frames 2 -o a.t4d")
                 .exitCode,
             0);
   const std::string voxelize =
-      "voxelize cube-placed.obj -m fx/rest.json --voxel-size 2e-6 --frames 2 -o ";
+      "voxelize cube-placed.obj -m fx/rest.json --voxel-size 2e-4 --frames 2 -o ";
   ASSERT_EQ(run(voxelize + "frames").exitCode, 0);
   ASSERT_EQ(run("weave frames -o b.t4d").exitCode, 0);
   const json a = run("validate a.t4d --json").value();
   const json b = run("validate b.t4d --json").value();
   EXPECT_EQ(a["valid"], true);
   EXPECT_EQ(a["hypervolume"], b["hypervolume"]);
-  EXPECT_NEAR(a["hypervolume"].get<double>() / (8e-15 * 10), 1, 0.2);
+  EXPECT_NEAR(a["hypervolume"].get<double>() / (8e-9 * 10), 1, 0.2);
   // The same input makes the same bytes.
   ASSERT_EQ(run(voxelize + "again").exitCode, 0);
   for (const char* name : {"frame_0000.vdb", "frame_0001.vdb"}) {
     EXPECT_EQ(contents(folder_ / "frames" / name), contents(folder_ / "again" / name));
   }
+}
+
+TEST_F(Program, VoxelsThatOpenVdbTakesForNoneWorkWithoutFiles) {
+  placeFixture("cube", 1e-6, 0);
+  ASSERT_EQ(run("sweep cube-placed.obj -m fx/rest.json --backend voxel4d --voxel-size 2e-6 "
+                "--frames 2 -o a.t4d")
+                .exitCode,
+            0);
+  const json a = run("validate a.t4d --json").value();
+  EXPECT_NEAR(a["hypervolume"].get<double>() / (8e-15 * 10), 1, 0.2);
+  refuses("voxelize cube-placed.obj -m fx/rest.json --voxel-size 2e-6 --frames 2 -o frames",
+          "scale the solid");
 }
 
 TEST_F(Program, EmptyResultsHaveANote) {
