@@ -135,9 +135,9 @@ class _Robot:
             word = "cylinder" if kind == kinds.mjGEOM_CYLINDER else "capsule"
             shape = f'<{word} radius="{float(size[0])!r}" length="{2 * float(size[1])!r}"/>'
         elif kind in (kinds.mjGEOM_MESH, kinds.mjGEOM_ELLIPSOID):
-            place = self._folder / f"geom{geom}.ply"
-            (self._mesh(int(model.geom_dataid[geom])) if kind == kinds.mjGEOM_MESH else _ellipsoid(size)).save(place)
-            shape = f"<mesh filename={quoteattr(str(place))}/>"
+            file = self._folder / f"geom{geom}.ply"
+            (self._mesh(int(model.geom_dataid[geom])) if kind == kinds.mjGEOM_MESH else _ellipsoid(size)).save(file)
+            shape = f"<mesh filename={quoteattr(str(file))}/>"
         else:
             self._losses.append(f"{self._name('geom', geom)} of {link}: a plane, a height field or another endless solid")
             return ""
