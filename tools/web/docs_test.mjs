@@ -122,10 +122,21 @@ test('docs/README.md has the verbs of --help in its order, and their commands ru
   }
 });
 
+/** Saves the Python blocks that begin with a comment `# NAME.py`, and scripts of bash likewise. */
+function saveScripts(page, to) {
+  for (const [, text, name] of read(page).matchAll(/^```bash\n(#!.*\n# (\w+\.\w+)\n[^]*?)^```$/gm)) {
+    writeFileSync(path.join(to, name), text);
+  }
+  for (const [, text, name] of read(page).matchAll(/^```python\n(# (\w+\.py)\n[^]*?)^```$/gm)) {
+    writeFileSync(path.join(to, name), text);
+  }
+}
+
 // In the order of the table: later pages use the files of earlier ones.
 for (const page of ['README.md', ...new Set(rows.map((row) => row.page).filter(Boolean)), 'docs/usd.md',
   'docs/motion.md', 'docs/mechanism.md']) {
   test(`examples of ${page}`, async (t) => {
+    saveScripts(page, path.join(folder, 'fixtures'));
     const examples = examplesOf(page);
     assert.ok(examples.length > 0);
     const site = await serve(t, path.join(folder, 'fixtures'));
@@ -142,16 +153,6 @@ for (const page of ['README.md', ...new Set(rows.map((row) => row.page).filter(B
       });
     }
   });
-}
-
-/** Saves the Python blocks that begin with a comment `# NAME.py`, and scripts of bash likewise. */
-function saveScripts(page, to) {
-  for (const [, text, name] of read(page).matchAll(/^```bash\n(#!.*\n# (\w+\.\w+)\n[^]*?)^```$/gm)) {
-    writeFileSync(path.join(to, name), text);
-  }
-  for (const [, text, name] of read(page).matchAll(/^```python\n(# (\w+\.py)\n[^]*?)^```$/gm)) {
-    writeFileSync(path.join(to, name), text);
-  }
 }
 
 for (const page of ['docs/tutorials/scientists.md', 'docs/tutorials/cells.md', 'docs/tutorials/artists.md',
