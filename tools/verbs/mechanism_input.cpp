@@ -78,7 +78,10 @@ Result<void> makeSolids(const MechanismInput& input, formats::LoadedMechanism& m
       errors.push_back(std::move(done.error()));
     }
   }
-  const bool fails = solids.empty() || input.hull == Hull::Never;
+  // What has no hull for another reason, such as a build without CGAL, is not flat.
+  const auto isFlat = [](const Error& error) { return error.code == ErrorCode::InvalidInput; };
+  const bool fails =
+      solids.empty() || input.hull == Hull::Never || !std::ranges::all_of(errors, isFlat);
   if (!errors.empty() && fails) return allErrors(std::move(errors));
   mechanism.solids = std::move(solids);
   if (flat.empty()) return {};

@@ -76,7 +76,8 @@ Result<edit::MendSurfaceReport> mendOrHull(model::TriangleMesh& mesh,
   auto mended = mendSolid(mendable, options, where, observer);
   const bool whole = mended && mended->lost.triangles == 0;
   if (!whole && hull == Hull::Fallback) {
-    if (auto taken = edit::hullSurface(mesh)) return taken;
+    auto taken = mendedAt(edit::hullSurface(mesh), where);
+    if (taken || !mended) return taken;
   }
   if (mended) mesh = std::move(mendable);
   return mended;
