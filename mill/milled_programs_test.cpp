@@ -40,6 +40,7 @@ model::TriangleMesh stock() {
 formats::ToolPathOptions optionsOf(const MilledProgram& program, double tolerance) {
   formats::ToolPathOptions options{.tolerance = tolerance, .reach = 12};
   options.tools.emplace();
+  options.diameters = fixtures::diametersOf(program);
   for (const auto& [number, spec] : program.tools) options.tools->push_back(number);
   for (const auto& [number, length] : program.lengths) options.lengths[number] = {0, 0, length};
   for (const std::string& offset : program.offsets) {

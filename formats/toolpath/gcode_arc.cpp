@@ -11,17 +11,24 @@
 namespace t4d::formats {
 namespace {
 
-/// An arc's start and end may be this far from one circle, in mm or as a part of the radius: the
-/// digits of a program are rounded.
-constexpr double kArcRounding = 0.01;
+/// How far an arc's start and end may be from one circle, as in LinuxCNC: by this, by more if it is
+/// less than a thousandth of the radius, and never by a hundred times this. Programs in inches have
+/// one digit more.
+double arcRounding(const ArcWords& arc) {
+  return arc.unit == 1 ? 2e-2 * std::numbers::sqrt2 : 2e-3 * std::numbers::sqrt2 * arc.unit;
+}
 constexpr double kArcRoundingPart = 0.001;
+constexpr double kLargestRoundings = 100;
+
+// The radius of a half circle, whose digits are rounded, may be less than its half chord.
+constexpr double kRadiusRounding = 0.01;
 
 Result<Eigen::Vector2d> centreByRadius(const ArcWords& arc) {
   const Eigen::Vector2d chord = arc.to - arc.from;
   const double length = chord.norm();
   const double radius = *arc.radius;
   if (!(length > 0)) return invalid("an arc by radius ends where it begins; give its centre");
-  if (length / 2 > std::abs(radius) + kArcRounding) {
+  if (length / 2 > std::abs(radius) + kRadiusRounding) {
     return invalid(
         fmt::format("the ends of the arc are {:.6g} mm apart, and its radius is {:.6g} mm", length,
                     std::abs(radius)));
@@ -60,7 +67,10 @@ Result<Arc> arcOf(const ArcWords& words) {
   Arc arc{*centre, words.from - *centre, end.norm()};
   const double radius = arc.begin.norm();
   if (!(radius > 0)) return invalid("the arc begins at its centre");
-  if (std::abs(radius - arc.endRadius) > std::max(kArcRounding, kArcRoundingPart * radius)) {
+  const double off = std::abs(radius - arc.endRadius);
+  const double rounding = arcRounding(words);
+  if (off > kLargestRoundings * rounding ||
+      (off > rounding && off > kArcRoundingPart * std::max(radius, arc.endRadius))) {
     return invalid(
         fmt::format("the arc begins {:.6g} mm from its centre and ends {:.6g} mm from it", radius,
                     arc.endRadius));

@@ -18,6 +18,7 @@ struct ArcWords {
   std::optional<Eigen::Vector2d> centre = {};
   std::optional<double> radius = {};  ///< negative: the longer way round
   double turns = 1;                   ///< P
+  double unit = 1;                    ///< mm; that of the program, whose digits are rounded
 };
 
 /// A circle, or a part of a spiral that is one but for the rounding of its words.
@@ -31,7 +32,8 @@ struct Arc {
   Eigen::Vector2d at(double part) const;
 };
 
-/// Fails if neither or both of centre and radius are given, or if they do not fit the ends.
+/// Fails if neither or both of centre and radius are given, or if they do not fit the ends, which
+/// has the tolerance of LinuxCNC.
 Result<Arc> arcOf(const ArcWords& words);
 
 /// The number of chords with which an arc stays within the tolerance. Fails for more than a motion

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -11,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -30,6 +32,8 @@ constexpr double kMmPerInch = 25.4;
 
 // Its numbers, and offsets that are added to them, have four decimals.
 constexpr double kRounding = 2e-4;
+
+constexpr int kTools = 56;  // in its table
 
 struct JudgedMove {
   Point3 end;  // of the tip, in the frame of the stock
@@ -53,7 +57,11 @@ class CanonReader {
       // "   16 N104   ARC_FEED(1.0000, ...)"
       const auto open = line.find('(');
       if (open == std::string::npos) continue;
-      const auto name = line.find_last_of(' ', open) + 1;
+      // A long number stands without a blank before the name.
+      auto name = line.find_last_of(' ', open) + 1;
+      if (line[name] == 'N' && std::isdigit(line[name + 1]) != 0) {
+        name = line.find_first_not_of("0123456789", name + 1);
+      }
       take(line.substr(name, open - name), line.substr(open + 1));
     }
     return moves_;
@@ -75,6 +83,7 @@ class CanonReader {
     };
     if (name == "USE_LENGTH_UNITS") unit_ = rest.starts_with("CANON_UNITS_MM") ? 1 : kMmPerInch;
     if (name == "SET_G5X_OFFSET") origin_ = point(1);
+    if (name == "SET_XY_ROTATION") turn_ = Eigen::Rotation2Dd(n.at(0) * std::numbers::pi / 180);
     if (name == "SET_G92_OFFSET") shift_ = point(0);
     if (name == "USE_TOOL_LENGTH_OFFSET") lengthOffset_ = point(0);
     if (name == "SET_FEED_RATE") feed_ = unit_ * n.at(0);
@@ -98,7 +107,9 @@ class CanonReader {
   }
 
   Point3 tipOf(const Point3& programmed) const {
-    return programmed + origin_ + shift_ + lengthOffset_ + machineZero_ - Point3(0, 0, length_);
+    Point3 turned = programmed + shift_;
+    turned.head<2>() = turn_ * Eigen::Vector2d(turned.head<2>());
+    return turned + origin_ + lengthOffset_ + machineZero_ - Point3(0, 0, length_);
   }
 
   void takeArc(const std::vector<double>& n) {
@@ -128,6 +139,7 @@ class CanonReader {
   Point3 machineZero_;
   std::map<int, double> lengths_;
   double unit_ = 1;
+  Eigen::Rotation2Dd turn_ = Eigen::Rotation2Dd(0);
   double feed_ = 0;
   double length_ = 0;
   Point3 origin_ = Point3::Zero();
@@ -198,16 +210,20 @@ class GcodeJudge : public testing::Test {
                   "[RS274NGC]\nPARAMETER_FILE = judge.var\nSUBROUTINE_PATH = .\n[EMCIO]\n"
                   "TOOL_TABLE = judge.tbl\n");
     setParameters({}, Point3::Zero());
-    setLengths({});
+    setTools({}, {});
   }
 
   /// Its units are inches, unless a machine says otherwise.
-  void setLengths(const std::map<int, double>& lengths) const {
+  void setTools(const std::map<int, double>& lengths,
+                const std::map<int, double>& diameters) const {
+    const auto inches = [](const std::map<int, double>& sizes, int tool) {
+      const auto found = sizes.find(tool);
+      return found == sizes.end() ? 0 : found->second / kMmPerInch;
+    };
     std::string table;
-    for (int tool = 1; tool < 20; ++tool) {
-      const auto found = lengths.find(tool);
-      const double length = found == lengths.end() ? 0 : found->second;
-      table += fmt::format("T{0} P{0} Z{1:.6f}\n", tool, length / kMmPerInch);
+    for (int tool = 1; tool < kTools; ++tool) {
+      table += fmt::format("T{0} P{0} Z{1:.6f} D{2:.6f}\n", tool, inches(lengths, tool),
+                           inches(diameters, tool));
     }
     folder_.write("judge.tbl", table);
   }
@@ -258,6 +274,7 @@ TEST_F(GcodeJudge, OurProgramsMoveAsLinuxCncMovesThem) {
     options.tools.emplace();
     for (const auto& [number, spec] : program.tools) options.tools->push_back(number);
     for (const auto& [number, length] : program.lengths) options.lengths[number] = {0, 0, length};
+    options.diameters = fixtures::diametersOf(program);
     for (const std::string& offset : program.offsets) {
       ASSERT_TRUE(parseOffset(offset, options.offsets));
     }
@@ -266,7 +283,7 @@ TEST_F(GcodeJudge, OurProgramsMoveAsLinuxCncMovesThem) {
     const Point3 machineZero =
         options.offsets.contains(530) ? options.offsets.at(530) : Point3::Zero().eval();
     setParameters(options.offsets, machineZero);
-    setLengths(program.lengths);
+    setTools(program.lengths, options.diameters);
     folder_.write("program.ngc", program.text);
     const auto [good, text] = judge("program.ngc");
     EXPECT_TRUE(good) << text;
@@ -277,20 +294,30 @@ TEST_F(GcodeJudge, OurProgramsMoveAsLinuxCncMovesThem) {
   EXPECT_GE(judged, 20U);
 }
 
-/// Read from where they are installed. The machine begins at its zero, which our reader is told by
-/// a line before the first one.
+/// Read from where they are installed. The machine begins at its zero.
 TEST_F(GcodeJudge, ItsOwnExamplesMoveAsItMovesThem) {
   std::size_t same = 0;
+  const std::map<int, double> diameters = [] {
+    std::map<int, double> found;
+    for (int tool = 1; tool < kTools; ++tool) found[tool] = 3.175;
+    return found;
+  }();
+  setTools({}, diameters);
   for (const auto& entry :
        fs::directory_iterator(fs::path(T4D_LINUXCNC) / "usr/share/linuxcnc/ncfiles")) {
     if (entry.path().extension() != ".ngc") continue;
     SCOPED_TRACE(entry.path().filename());
-    const std::string program = "G53 G0 X0 Y0 Z0\n" + platform::contents(entry.path());
+    const std::string program = platform::contents(entry.path());
     ToolPathOptions options{.tolerance = 1e-5};
-    options.offsets = {{530, Point3::Zero()}, {540, Point3::Zero()}};
+    options.start = Point3::Zero();
+    options.diameters = diameters;
+    options.offsets[530] = Point3::Zero();
+    for (const int code : {540, 550, 560, 570, 580, 590, 591, 592, 593}) {
+      options.offsets[code] = Point3::Zero();
+    }
     auto path = readGcode(InputFile{"example", program}, options);
     if (!path && path.error().message.starts_with("a second tool")) {
-      options.tools.emplace(20);
+      options.tools.emplace(kTools);
       std::iota(options.tools->begin(), options.tools->end(), 1);
       path = readGcode(InputFile{"example", "T1 M6 " + program}, options);
     }
@@ -300,18 +327,23 @@ TEST_F(GcodeJudge, ItsOwnExamplesMoveAsItMovesThem) {
       // Either refuses, or it is one of the words that docs/mill.md says are not read.
       EXPECT_TRUE(!good || path.error().code == ErrorCode::Unsupported ||
                   path.error().message.starts_with("nothing moves") ||
-                  path.error().message.starts_with("a cutting move comes before a tool"))
+                  path.error().message.starts_with("a cutting move comes before a tool") ||
+                  path.error().message.find("not longer than the radius") != std::string::npos)
           << path.error().text();
       std::cout << entry.path().filename() << ": " << path.error().text() << "\n";
       continue;
     }
-    if (!good) continue;
-    const std::string difference = differenceOf(*path, CanonReader(Point3::Zero(), {}).read(text));
+    // It does not print where splines go, nor the feed of a spindle that is waited for.
+    const bool tells = text.find("NURBS") == text.npos && text.find("SYNCH") == text.npos;
+    if (!good || !tells) continue;
+    std::vector<JudgedMove> moves = CanonReader(Point3::Zero(), {}).read(text);
+    moves.insert(moves.begin(), {Point3::Zero(), true, kRounding});
+    const std::string difference = differenceOf(*path, moves);
     EXPECT_EQ(difference, "");
     std::cout << entry.path().filename() << ": " << path->motion.segments.size() << " moves\n";
     same += difference.empty() ? 1 : 0;
   }
-  EXPECT_GE(same, 8U);
+  EXPECT_GE(same, 16U);
 }
 
 }  // namespace

@@ -17,11 +17,13 @@ bool isCycle(int motion) { return motion >= 730; }
 
 }  // namespace
 
-GcodeMachine::GcodeMachine(const ToolPathOptions& options)
+GcodeMachine::GcodeMachine(const ToolPathOptions& options, const GcodeHabits& habits)
     : options_(options),
+      habits_(habits),
       kinematics_(options.rotaries),
       builder_(options),
       tipControl_(options.tipControl) {
+  modes_.retractsToClear = !habits.retractsToLevel;
   const auto axesOf = [](const model::Point3& point) {
     return MachineAxes{point.x(), point.y(), point.z(), 0, 0, 0};
   };
@@ -32,6 +34,13 @@ GcodeMachine::GcodeMachine(const ToolPathOptions& options)
       const int system = code <= 590 ? (code - 540) / 10 : code - 590 + 5;
       origins_[static_cast<std::size_t>(system)] = axesOf(point);
     }
+  }
+  if (options.start) {
+    std::copy_n(options.start->data(), 3, at_.begin());
+    tool_ = at_;
+    known_ = {true, true, true};
+    const ToolPlace begin = place(at_);
+    builder_.start(begin.tip, begin.axis);
   }
   if (!machineZero_) return;
   for (const int code : {280, 300}) {
@@ -44,26 +53,77 @@ GcodeMachine::GcodeMachine(const ToolPathOptions& options)
   }
 }
 
-Result<void> GcodeMachine::apply(const GcodeBlock& block, std::uint64_t line) {
+Result<void> GcodeMachine::apply(const GcodeBlock& given, std::uint64_t line, std::size_t depth) {
   line_ = line;
+  if (given.isMacro) return {};  // its letters are arguments
+  keepModes(given, depth);
+  GcodeBlock block = given;
+  takeWholeNumbers(block);
   if (auto good = checkWords(block); !good) return good;
-  if (const auto units = block.code(GcodeGroup::Units)) unit_ = *units == 200 ? kMmPerInch : 1;
   if (auto done = setFeed(block); !done) return done;
+  if (const auto units = block.code(GcodeGroup::Units)) {
+    modes_.unit = *units == 200 ? kMmPerInch : 1;
+  }
   if (auto done = setTool(block); !done) return done;
   if (auto done = setModes(block); !done) return done;
+  if (block.code(GcodeGroup::Scale) || block.code(GcodeGroup::Mirror) ||
+      block.code(GcodeGroup::Rotation)) {
+    if (auto done = setTurns(block); !done) return done;
+    // Their axes are points, and no moves.
+    if (block.hasAxes()) return {};
+  }
   if (const auto motion = block.code(GcodeGroup::Motion)) {
     if (isCycle(*motion) && !(motion_ && isCycle(*motion_))) motionBefore_ = motion_;
     motion_ = motion;
+    if (nurbs_ && motion != 52 && motion != 53) return invalid("G5.2 is not ended, by G5.3");
+    if (motion == 53) return endNurbs();
+    if (motion == 52 && !block.hasAxes()) return addNurbsPoint(block, at_);
   }
   const bool cycles = motion_ && isCycle(*motion_);
   if (!cycles) series_.reset();
-  if (const auto code = block.code(GcodeGroup::NonModal)) return applyNonModal(*code, block);
+  if (const auto code = block.code(GcodeGroup::NonModal)) {
+    auto done = applyNonModal(*code, block);
+    turnAgain();
+    return done;
+  }
   if (const auto code = block.code(GcodeGroup::ToolLength); code == 431 || code == 432) return {};
   if (block.hasAxes() || block.hasCentre() || (block.r && !cycles)) return move(block);
   if (cycles && block.code(GcodeGroup::Motion)) {
     return invalid(fmt::format("{} stands without X, Y or Z", gcodeWord(*motion_)));
   }
   return {};
+}
+
+/// M70 to M73, and the end of subprograms that had M73.
+void GcodeMachine::keepModes(const GcodeBlock& block, std::size_t depth) {
+  while (!saved_.empty() && saved_.rbegin()->first > depth) {
+    const auto last = std::prev(saved_.end());
+    if (last->second.restores) modes_ = last->second.modes;
+    saved_.erase(last);
+  }
+  const auto saved = saved_.find(depth);
+  if (block.saves == 70 || block.saves == 73) saved_[depth] = {modes_, block.saves == 73};
+  if (saved == saved_.end()) return;
+  if (block.saves == 71) saved_.erase(saved);
+  if (block.saves == 72) modes_ = saved->second.modes;
+}
+
+/// Numbers without a point count thousandths of a millimetre, or ten thousandths of an inch.
+void GcodeMachine::takeWholeNumbers(GcodeBlock& block) {
+  if (!habits_.wholeThousandths || block.namesTool || block.code(GcodeGroup::NonModal) == 40) {
+    return;
+  }
+  const auto units = block.code(GcodeGroup::Units);
+  const bool inches = units ? *units == 200 : modes_.unit != 1;
+  const auto take = [&](char letter, std::optional<double>& value) {
+    if (!value || *value == 0 || !block.isWhole(letter)) return;
+    *value *= inches && letter > 'C' ? 1e-4 : 1e-3;
+    if (wholeNumbers_++ == 0) firstWhole_ = line_;
+  };
+  for (std::size_t i = 0; i < 6; ++i) take("XYZABC"[i], block.axes[i]);
+  for (std::size_t i = 0; i < 3; ++i) take("IJK"[i], block.centre[i]);
+  take('R', block.r);
+  take('Q', block.q);
 }
 
 /// Refuses words that nothing in the line reads.
@@ -73,25 +133,32 @@ Result<void> GcodeMachine::checkWords(const GcodeBlock& block) const {
   const bool moves = block.hasAxes() || block.hasCentre() || block.r;
   const bool others = nonModal && nonModal != 40;
   const bool arcs = moves && !others && (motion == 20 || motion == 30);
+  const bool splines = !others && motion >= 50 && motion <= 53;
   const bool cycles = block.hasAxes() && !others && isCycle(motion);
   const bool blends = block.code(GcodeGroup::Path) == 640;
   const bool sets = nonModal == 100;
-  if (block.p && !arcs && !cycles && !blends && !sets && nonModal != 40 && !block.calls) {
+  const bool scales = block.code(GcodeGroup::Scale) == 510;
+  const bool free = block.talks || block.calls;
+  if (block.p && !arcs && !splines && !cycles && !blends && !sets && !scales && nonModal != 40 &&
+      !free) {
     return invalid(
         fmt::format("P{:g} stands without G2, G3, G4, G10, G64, M98 or a canned cycle", *block.p));
   }
-  if (block.q && !cycles && !blends && !block.namesTool) {
+  if (block.q && !splines && !cycles && !blends && !block.namesTool && !free) {
     return invalid(fmt::format("Q{:g} stands without G64, M61 or a canned cycle", *block.q));
   }
-  if (block.l && !cycles && !sets && !block.calls) {
+  if (block.l && !cycles && !sets && !splines && !free) {
     return invalid(fmt::format("L{:g} stands without G10, M98 or a canned cycle", *block.l));
   }
-  if (block.r && isCycle(motion) && !cycles && !sets) {
+  if (block.r && isCycle(motion) && !cycles && !sets && block.code(GcodeGroup::Rotation) != 680) {
     return invalid(fmt::format("R{:g} stands without X, Y or Z", *block.r));
   }
   const auto length = block.code(GcodeGroup::ToolLength);
   if (block.h && !options_.lengths.empty() && (!length || length == 431)) {
     return invalid(fmt::format("H{:g} stands without G43", *block.h));
+  }
+  if ((block.corner || block.chamfer) && (motion != 10 || others)) {
+    return invalid(fmt::format("{} stands without G1", block.corner ? ",R" : ",C"));
   }
   return checkRotaries(block);
 }
@@ -110,22 +177,39 @@ Result<void> GcodeMachine::checkRotaries(const GcodeBlock& block) const {
   return {};
 }
 
+/// As LinuxCNC, before units change.
 Result<void> GcodeMachine::setFeed(const GcodeBlock& block) {
   if (const auto mode = block.code(GcodeGroup::FeedMode)) {
     const bool inverse = *mode == 930;
-    if (inverse != inverseTime_) feed_ = 0;
-    inverseTime_ = inverse;
+    const bool perTurn = *mode == 950;
+    if (inverse != modes_.inverseTime || perTurn != modes_.perTurn) modes_.feed = 0;
+    modes_.inverseTime = inverse;
+    modes_.perTurn = perTurn;
   }
+  if (block.s) modes_.spindle = std::abs(*block.s);
   inverseFeed_ = 0;
   if (!block.f) return {};
-  if (!(*block.f > 0)) return invalid(fmt::format("the feed is {:g}", *block.f));
-  if (inverseTime_) {
+  if (!(*block.f >= 0)) return invalid(fmt::format("the feed is {:g}", *block.f));
+  if (modes_.inverseTime) {
     inverseFeed_ = *block.f;
-  } else {
-    feed_ = *block.f * unit_;
-    turnFeed_ = *block.f;
+    return {};
+  }
+  modes_.feed = *block.f * modes_.unit;
+  modes_.turnFeed = *block.f;
+  const auto units = block.code(GcodeGroup::Units);
+  const double next = units == 200 ? kMmPerInch : 1;
+  if (units && next != modes_.unit && *block.f > 0) {
+    notes_.emplace_back(
+        line_, fmt::format("F{:g} stands in the line of {} and counts before it, as in LinuxCNC: "
+                           "{:g} mm/min; on other controls it is {:g} mm/min",
+                           *block.f, gcodeWord(*units), modes_.feed, *block.f * next));
   }
   return {};
+}
+
+double GcodeMachine::feedOf() const {
+  const double feed = modes_.perTurn ? modes_.feed * modes_.spindle : modes_.feed;
+  return feed > 0 ? feed : options_.defaultFeed.value_or(0);
 }
 
 Result<void> GcodeMachine::setTool(const GcodeBlock& block) {
@@ -160,7 +244,7 @@ Result<void> GcodeMachine::mount(double tool) {
   if (isElsewhere) builder_.leave();
   auto taken = builder_.mount(number == 0 ? std::nullopt : std::optional(number));
   if (!taken || !isElsewhere) return taken;
-  const ToolPlace next = place(at_);
+  const ToolPlace next = place(tool_);
   return builder_.comeBack(next.tip, next.axis);
 }
 
@@ -170,19 +254,27 @@ Result<void> GcodeMachine::setModes(const GcodeBlock& block) {
     series_.reset();
   }
   if (const auto plane = block.code(GcodeGroup::Plane)) {
-    plane_ = *plane == 170   ? std::array{0, 1, 2}
-             : *plane == 180 ? std::array{2, 0, 1}
-                             : std::array{1, 2, 0};
+    modes_.plane = *plane == 170   ? std::array{0, 1, 2}
+                   : *plane == 180 ? std::array{2, 0, 1}
+                                   : std::array{1, 2, 0};
     series_.reset();
   }
   if (const auto origin = block.code(GcodeGroup::Origin)) {
-    system_ = static_cast<std::size_t>(*origin <= 590 ? (*origin - 540) / 10 : *origin - 590 + 5);
+    modes_.system =
+        static_cast<std::size_t>(*origin <= 590 ? (*origin - 540) / 10 : *origin - 590 + 5);
   }
-  if (const auto distance = block.code(GcodeGroup::Distance)) relative_ = *distance == 910;
-  if (const auto centres = block.code(GcodeGroup::Centres)) relativeCentre_ = *centres == 911;
-  if (const auto retract = block.code(GcodeGroup::Retract)) retractsToClear_ = *retract == 990;
+  if (const auto distance = block.code(GcodeGroup::Distance)) modes_.relative = *distance == 910;
+  if (const auto centres = block.code(GcodeGroup::Centres)) modes_.relativeCentre = *centres == 911;
+  if (const auto retract = block.code(GcodeGroup::Retract))
+    modes_.retractsToClear = *retract == 990;
+  if (const auto polar = block.code(GcodeGroup::Polar)) modes_.polar = *polar == 160;
   const auto length = block.code(GcodeGroup::ToolLength);
-  return length ? setToolLength(*length, block) : Result<void>();
+  if (length) {
+    if (auto done = setToolLength(*length, block); !done) return done;
+  }
+  turnAgain();
+  const auto compensation = block.code(GcodeGroup::Compensation);
+  return compensation ? setCompensation(*compensation, block) : Result<void>();
 }
 
 Result<void> GcodeMachine::setToolLength(Tenths code, const GcodeBlock& block) {
@@ -201,7 +293,7 @@ Result<void> GcodeMachine::setToolLength(Tenths code, const GcodeBlock& block) {
     }
     for (int i = 0; i < 3; ++i) {
       if (const auto& given = block.axes[static_cast<std::size_t>(i)]) {
-        lengthOffset_[i] = *given * unit_;
+        lengthOffset_[i] = *given * modes_.unit;
       }
     }
     return {};
@@ -231,6 +323,7 @@ void GcodeMachine::controlTip(bool on) {
     const model::Point3 tip = place(at_).tip;
     at_ = kinematics_.positionOf(tip, at_, length_);
   }
+  tool_ = at_;
   tipControl_ = on;
 }
 
@@ -239,7 +332,7 @@ std::optional<double> GcodeMachine::parameter(int number) const {
     return number >= first && number < first + count;
   };
   const auto unitless = [&](double value, int axis) { return value / unitOf(axis); };
-  if (number == 5220) return static_cast<double>(system_ + 1);
+  if (number == 5220) return static_cast<double>(modes_.system + 1);
   if (number == 5400) return mounted_.value_or(0);
   if (within(5401, 3)) return unitless(lengthOffset_[number - 5401], 0);
   if (within(5211, 6))
@@ -265,15 +358,16 @@ std::optional<double> GcodeMachine::parameter(const std::string& name) const {
     return parameter(5420 + static_cast<int>(position - kPositions.begin()));
   }
   if (name == "_LINE") return static_cast<double>(line_);
-  if (name == "_METRIC") return unit_ == 1 ? 1 : 0;
-  if (name == "_IMPERIAL") return unit_ == 1 ? 0 : 1;
-  if (name == "_ABSOLUTE") return relative_ ? 0 : 1;
-  if (name == "_INCREMENTAL") return relative_ ? 1 : 0;
-  if (name == "_PLANE") return plane_[2] == 2 ? 170 : plane_[2] == 1 ? 180 : 190;
-  if (name == "_FEED") return feed_ / unit_;
+  if (name == "_METRIC") return modes_.unit == 1 ? 1 : 0;
+  if (name == "_IMPERIAL") return modes_.unit == 1 ? 0 : 1;
+  if (name == "_ABSOLUTE") return modes_.relative ? 0 : 1;
+  if (name == "_INCREMENTAL") return modes_.relative ? 1 : 0;
+  if (name == "_PLANE") return modes_.plane[2] == 2 ? 170 : modes_.plane[2] == 1 ? 180 : 190;
+  if (name == "_FEED") return modes_.feed / modes_.unit;
   if (name == "_CURRENT_TOOL") return mounted_.value_or(0);
   if (name == "_SELECTED_TOOL") return selected_;
-  if (name == "_COORD_SYSTEM") return system_ < 6 ? 540 + 10 * system_ : 585 + system_;
+  if (name == "_COORD_SYSTEM")
+    return modes_.system < 6 ? 540 + 10 * modes_.system : 585 + modes_.system;
   return std::nullopt;
 }
 
@@ -289,7 +383,11 @@ void GcodeMachine::noteLengthOffset() {
 }
 
 Result<ToolPath> GcodeMachine::finish(const InputFile& file) {
+  if (corner_) return invalid(missingAfterCorner());
+  if (nurbs_) return invalid("G5.2 is not ended, by G5.3");
+  if (auto ended = endCompensation(); !ended) return ended.error();
   builder_.path.moves = moves_;
+  builder_.path.dwell = dwell_;
   builder_.path.unknownMoves = leftOut_;
   auto& notices = builder_.path.notices;
   for (const auto& [line, sentence] : notes_) {
@@ -305,6 +403,12 @@ Result<ToolPath> GcodeMachine::finish(const InputFile& file) {
   if (dwells_ > 0) {
     notices.push_back(fmt::format("{}: {} no time here", file.path.string(),
                                   model::counted(dwells_, "dwell takes", "dwells take")));
+  }
+  if (wholeNumbers_ > 0) {
+    notices.push_back(fmt::format(
+        "{}: {} without a point, which count thousandths of a millimetre or ten thousandths of "
+        "an inch, as on Fanuc's controls; --dialect linuxcnc takes them as they are",
+        file.atLine(firstWhole_).text(), model::counted(wholeNumbers_, "number", "numbers")));
   }
   return builder_.finish();
 }

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "formats/toolpath/gcode_machine.h"
+#include "model/degrees.h"
 
 /// Words of group 0 of a GcodeMachine: origins, shifts of them, and places of the machine.
 namespace t4d::formats {
@@ -18,10 +19,7 @@ std::string systemWord(std::size_t system) {
 Result<void> GcodeMachine::applyNonModal(Tenths code, const GcodeBlock& block) {
   switch (code) {
     case 40:
-      ++dwells_;
-      if (!block.hasAxes() && !block.hasCentre() && !block.r) return {};
-      if (block.p) return move(block);
-      return invalid("G4 (a dwell) stands with coordinates or R, and without P, its seconds");
+      return dwell(block);
     case 100:
       return setOrigin(block);
     case 280:
@@ -41,6 +39,20 @@ Result<void> GcodeMachine::applyNonModal(Tenths code, const GcodeBlock& block) {
   }
 }
 
+/// P, its seconds, or X or U of Fanuc's controls.
+Result<void> GcodeMachine::dwell(const GcodeBlock& block) {
+  ++dwells_;
+  const bool others = block.axes[1] || block.axes[2] || block.axes[3] || block.axes[4] ||
+                      block.axes[5] || block.hasCentre() || block.r;
+  if (block.p) dwell_ += *block.p * (habits_.millisecondDwells && block.isWhole('P') ? 1e-3 : 1);
+  if (block.p && (others || block.axes[0])) return move(block);
+  if (others) {
+    return invalid("G4 (a dwell) stands with coordinates or R, and without P, its seconds");
+  }
+  if (!block.p) dwell_ += block.axes[0].value_or(block.dwell.value_or(0));
+  return {};
+}
+
 /// The first origin of which nothing is said is that of the stock.
 Result<void> GcodeMachine::useOrigin(std::size_t system) {
   if (origins_[system]) return {};
@@ -58,7 +70,7 @@ Result<void> GcodeMachine::useOrigin(std::size_t system) {
 
 double GcodeMachine::offsetOf(int axis) const {
   const auto i = static_cast<std::size_t>(axis);
-  const auto& origin = origins_[system_];
+  const auto& origin = origins_[modes_.system];
   return (origin ? (*origin)[i] : 0) + shift_[i] + (axis < 3 ? lengthOffset_[axis] : 0);
 }
 
@@ -75,18 +87,14 @@ Result<void> GcodeMachine::setOrigin(const GcodeBlock& block) {
   if (!(number >= 0 && number <= 9) || number != std::floor(number)) {
     return invalid(fmt::format("G10 P{:g}: origins have the numbers 1 to 9", number));
   }
-  if (block.r.value_or(0) != 0) {
-    return fail(ErrorCode::Unsupported,
-                "G10 with R is not supported: it is a turned program; have plain coordinates "
-                "written");
-  }
-  if (kind == 2 && !machineZero_) {
+  if (kind == 2 && !machineZero_ && block.hasAxes()) {
     return fail(ErrorCode::Unsupported,
                 "G10 L2 sets an origin from the zero of the machine; say where that is in the "
                 "frame of the stock",
                 {}, Remedy::MachineZero);
   }
-  const std::size_t system = number == 0 ? system_ : static_cast<std::size_t>(number) - 1;
+  const std::size_t system = number == 0 ? modes_.system : static_cast<std::size_t>(number) - 1;
+  if (block.r) turns_[system] = *block.r;
   const bool all = block.axes[0] && block.axes[1] && block.axes[2];
   if (kind == 20 && !all) {
     if (auto used = useOrigin(system); !used) return used;
@@ -104,6 +112,22 @@ Result<void> GcodeMachine::setOrigin(const GcodeBlock& block) {
       origin[i] = at_[i] - shift_[i] - (axis < 3 ? lengthOffset_[axis] : 0) - value;
     }
   }
+  if (kind == 20 && turns_[system] != 0) {
+    // The tool is at these coordinates where they are turned about the origin.
+    MachineAxes values = {};
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto i = static_cast<std::size_t>(axis);
+      values[i] = block.axes[i] ? *block.axes[i] * unitOf(axis) + shift_[i]
+                                : at_[i] - offsetOf(axis) + shift_[i];
+    }
+    const MachineAxes place = turnedAxes(at_);
+    const Eigen::Vector2d turned = Eigen::Rotation2Dd(turns_[system] / model::kDegreesPerRadian) *
+                                   Eigen::Vector2d(values[0], values[1]);
+    for (std::size_t i = 0; i < 2; ++i) {
+      const auto axis = static_cast<Eigen::Index>(i);
+      origin[i] = place[i] - lengthOffset_[axis] - turned[axis];
+    }
+  }
   origins_[system] = origin;
   return {};
 }
@@ -114,7 +138,7 @@ Result<void> GcodeMachine::shiftOrigin(Tenths code, const GcodeBlock& block) {
   if (code == 923) shift_ = storedShift_;
   if (code != 520 && code != 920) return {};
   if (!block.hasAxes()) return invalid(fmt::format("{} stands without axes", gcodeWord(code)));
-  if (auto used = useOrigin(system_); !used) return used;
+  if (auto used = useOrigin(modes_.system); !used) return used;
   for (int axis = 0; axis < 6; ++axis) {
     const auto i = static_cast<std::size_t>(axis);
     if (!block.axes[i]) continue;
@@ -138,12 +162,12 @@ Result<void> GcodeMachine::goToReference(Tenths code, const GcodeBlock& block) {
   GcodeBlock by = block;
   for (std::size_t i = 0; i < 3; ++i) {
     // No way from where it is, as in G91 G28 Z0.
-    if (relative_ && !known_[i] && by.axes[i] == 0.0) by.axes[i].reset();
+    if (modes_.relative && !known_[i] && by.axes[i] == 0.0) by.axes[i].reset();
   }
   if (by.hasAxes()) {
-    if (auto used = useOrigin(system_); !used) return used;
+    if (auto used = useOrigin(modes_.system); !used) return used;
     std::array<bool, 3> known = known_;
-    const auto to = targetOf(by, known);
+    const auto to = targetOf(by, at_, known);
     if (!to) return to.error();
     if (auto moved = startOrGo(*to, known, true); !moved) return moved;
   }
@@ -156,7 +180,7 @@ Result<void> GcodeMachine::goToReference(Tenths code, const GcodeBlock& block) {
 
 Result<void> GcodeMachine::moveInMachine(const GcodeBlock& block) {
   if (tipControl_) return invalid("G53 stands after G43.4; give G49 before");
-  if (relative_) return invalid("G53 is for absolute positions; give G90 before");
+  if (modes_.relative) return invalid("G53 is for absolute positions; give G90 before");
   if (!motion_ || *motion_ > 10) return invalid("G53 is for straight moves; give G0 or G1");
   ++moves_;
   if (auto good = checkCut(*motion_ != 0); !good) return good;
@@ -177,21 +201,22 @@ Result<void> GcodeMachine::moveInMachine(const GcodeBlock& block) {
 /// there on; rotary axes have their zero where the program has it.
 Result<void> GcodeMachine::goInMachine(const GcodeBlock& axes,
                                        const std::optional<MachineAxes>& place, bool rapid) {
-  MachineAxes to = at_;
+  MachineAxes to = turnedAxes(at_);
   std::array<bool, 3> known = known_;
   bool isLost = false;
   for (std::size_t i = 0; i < 6; ++i) {
     if (!axes.axes[i]) continue;
-    to[i] = place ? (*place)[i] : i < 3 ? at_[i] : *axes.axes[i];
+    to[i] = place ? (*place)[i] : i < 3 ? to[i] : *axes.axes[i];
     if (i < 3) known[i] = place.has_value();
     isLost = isLost || (i < 3 && !place);
   }
+  to = unturnedAxes(to);
   if (!isLost) return startOrGo(to, known, rapid);
   if (leftOut_++ == 0) firstLeftOut_ = line_;
   lastLeftOut_ = line_;
   known_ = known;
   if (builder_.started()) builder_.leave();
-  at_ = to;
+  at_ = tool_ = to;
   return {};
 }
 

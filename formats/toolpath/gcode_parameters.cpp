@@ -42,6 +42,14 @@ const std::map<std::string, double>& GcodeParameters::namesOf(const std::string&
   return name.starts_with('_') ? global_ : frames_.back().named;
 }
 
+bool GcodeParameters::exists(double number) const {
+  const auto key = parameterNumber(number);
+  if (!key) return false;
+  if (*key >= kFirstOfControl) return control_.numbered(*key).has_value();
+  return *key <= static_cast<int>(kArguments) ? frames_.back().numbered.contains(*key)
+                                              : numbered_.contains(*key);
+}
+
 bool GcodeParameters::exists(const std::string& name) const {
   return namesOf(name).contains(name) || control_.named(name).has_value();
 }
@@ -78,10 +86,8 @@ Result<void> GcodeParameters::set(const std::string& name, double value) {
   return {};
 }
 
-void GcodeParameters::enter(std::span<const double> arguments) {
-  frames_.emplace_back();
-  int number = 0;
-  for (const double argument : arguments) frames_.back().numbered[++number] = argument;
+void GcodeParameters::enter(std::map<int, double> arguments) {
+  frames_.push_back({std::move(arguments), {}});
 }
 
 }  // namespace t4d::formats

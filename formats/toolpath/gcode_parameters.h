@@ -4,7 +4,6 @@
 #include <functional>
 #include <map>
 #include <optional>
-#include <span>
 #include <string>
 #include <unordered_map>
 #include <utility>
@@ -31,13 +30,14 @@ class GcodeParameters {
 
   Result<double> value(double number) const;
   Result<double> value(const std::string& name) const;
+  bool exists(double number) const;  ///< whether it has been set
   bool exists(const std::string& name) const;
 
   Result<void> set(double number, double value);
   Result<void> set(const std::string& name, double value);
 
-  /// A subprogram begins, with its arguments as #1 and so on, and ends.
-  void enter(std::span<const double> arguments);
+  /// A subprogram begins, with its arguments by number, and ends.
+  void enter(std::map<int, double> arguments);
   void leave() { frames_.pop_back(); }
 
  private:

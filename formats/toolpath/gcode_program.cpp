@@ -15,13 +15,20 @@
 namespace t4d::formats {
 namespace {
 
-/// Skips the / of a line that may be left out, and N with its number.
-std::string_view withoutNumber(std::string_view text, bool& isOptional) {
+/// Skips the / of a line that may be left out, and N with its number, which is `number` then.
+std::string_view withoutNumber(std::string_view text, bool& isOptional, std::string_view& number) {
   isOptional = text.starts_with('/');
   if (isOptional) text.remove_prefix(1);
+  number = {};
   if (!text.starts_with('N')) return text;
-  const auto digits = text.find_first_not_of("0123456789.", 1);
-  return digits == 1 ? text : text.substr(std::min(digits, text.size()));
+  const auto digits = std::min(text.find_first_not_of("0123456789.", 1), text.size());
+  number = text.substr(1, digits - 1);
+  return digits == 1 ? text : text.substr(digits);
+}
+
+std::string_view withoutNumber(std::string_view text, bool& isOptional) {
+  std::string_view number;
+  return withoutNumber(text, isOptional, number);
 }
 
 std::string_view digitsOf(std::string_view text) {
@@ -34,7 +41,9 @@ std::string labelOf(std::string_view digits) {
   return std::string(first == digits.npos ? "0" : digits.substr(first));
 }
 
+/// Labels of WHILE and END are "DO 1", which no other label can be.
 std::string oWordName(std::string_view label) {
+  if (label.starts_with("DO ")) return std::string(label);
   return digitsOf(label) == label ? fmt::format("O{}", label) : fmt::format("O<{}>", label);
 }
 
@@ -47,10 +56,23 @@ bool hasM(std::string_view text, int code) {
   return false;
 }
 
+/// The arguments of G65: A to #1 and so on.
+std::map<int, double> argumentsOf(const GcodeBlock& block) {
+  // By letter, from A; 0: none.
+  constexpr std::array<int, 26> kParameters = {1, 2, 3, 7,  8,  9,  0,  11, 4,  5,  6,  0,  13,
+                                               0, 0, 0, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26};
+  std::map<int, double> arguments;
+  for (std::size_t i = 0; i < kParameters.size(); ++i) {
+    if (kParameters[i] > 0 && block.arguments[i]) arguments[kParameters[i]] = *block.arguments[i];
+  }
+  return arguments;
+}
+
 }  // namespace
 
-GcodeProgram::GcodeProgram(std::string_view text, GcodeParameters& parameters, Apply apply)
-    : parameters_(parameters), apply_(std::move(apply)), calls_(1) {
+GcodeProgram::GcodeProgram(std::string_view text, GcodeDialect dialect, GcodeParameters& parameters,
+                           Apply apply)
+    : dialect_(dialect), parameters_(parameters), apply_(std::move(apply)), calls_(1) {
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
   while (!text.empty()) {
     const auto end = std::min(text.find_first_of("\r\n"), text.size());
@@ -109,6 +131,22 @@ Result<GcodeProgram::OWord> GcodeProgram::oWordOf(std::string_view text) {
   } else if (!digits.empty()) {
     word.label = labelOf(digits);
     text.remove_prefix(digits.size());
+  } else if (text.starts_with('[')) {
+    const auto call = text.rfind("]CALL");
+    if (call == text.npos) {
+      return fail(ErrorCode::Unsupported,
+                  "O is followed by an expression, which only a call may have");
+    }
+    const auto end = [&] {  // of the brackets at its begin
+      int depth = 0;
+      for (std::size_t i = 0; i < text.size(); ++i) {
+        depth += text[i] == '[' ? 1 : text[i] == ']' ? -1 : 0;
+        if (depth == 0) return i + 1;
+      }
+      return text.size();
+    }();
+    word.label = text.substr(0, end);
+    text.remove_prefix(end);
   } else {
     return fail(ErrorCode::Unsupported,
                 fmt::format("O is followed by {}, expected a number or <name>", inQuotes(text)));
@@ -123,27 +161,63 @@ Result<GcodeProgram::OWord> GcodeProgram::oWordOf(std::string_view text) {
   return word;
 }
 
+/// WHILE [..] DO 1, END 1, IF [..] and GOTO of Fanuc's controls; nothing if the text is none.
+std::optional<GcodeProgram::OWord> GcodeProgram::macroOf(std::string_view text) {
+  const auto wordOf = [](Flow flow, std::string label, std::string_view rest) {
+    OWord word;
+    word.flow = flow;
+    word.label = std::move(label);
+    word.rest = rest;
+    return word;
+  };
+  if (text.starts_with("WHILE[")) {
+    const auto at = text.rfind("]DO");
+    if (at == text.npos) return std::nullopt;
+    return wordOf(Flow::While, "DO " + labelOf(text.substr(at + 3)), text.substr(5, at - 4));
+  }
+  if (text.starts_with("END") && text.size() > 3 && digitsOf(text.substr(3)) == text.substr(3)) {
+    return wordOf(Flow::EndWhile, "DO " + labelOf(text.substr(3)), {});
+  }
+  if (text.starts_with("IF[")) return wordOf(Flow::IfThen, {}, text.substr(2));
+  if (text.starts_with("GOTO")) return wordOf(Flow::GoTo, {}, text.substr(4));
+  return std::nullopt;
+}
+
 Result<void> GcodeProgram::findOWords() {
-  std::optional<std::size_t> part;  // the last line O100
+  constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+  std::size_t part = kNone;  // the last line O100
   for (at_ = 0; at_ < lines_.size(); ++at_) {
-    if (lines_[at_].find_first_of("OoMm") == std::string_view::npos) continue;
-    const auto text = gcodeText(lines_[at_]);
-    // What is wrong in a line is said when it is carried out.
-    if (!text || text->starts_with('%')) continue;
-    bool isOptional = false;
-    const std::string_view words = withoutNumber(*text, isOptional);
-    if (part && hasM(words, 99)) ends_[*part] = at_;
-    if (part && (hasM(words, 2) || hasM(words, 30))) ends_.erase(*part);
-    if (!words.starts_with('O')) continue;
-    auto word = oWordOf(words);
-    if (!word) return word.error();
-    if (word->flow == Flow::Name) part = at_;
-    if (auto joined = join(*word); !joined) return joined;
-    oWords_.emplace(at_, std::move(*word));
+    if (lines_[at_].find_first_of("OoMmNnWwIiGg") == std::string_view::npos) continue;
+    if (auto read = readLine(part); !read) return read;
   }
   if (open_.empty()) return {};
   at_ = open_.back();
   return invalid(fmt::format("{} begins here and has no end", oWordName(oWords_.at(at_).label)));
+}
+
+/// What is wrong in a line is said when it is carried out.
+Result<void> GcodeProgram::readLine(std::size_t& part) {
+  const auto text = gcodeText(lines_[at_]);
+  if (!text || text->starts_with('%')) return {};
+  bool isOptional = false;
+  std::string_view number;
+  const std::string_view words = withoutNumber(*text, isOptional, number);
+  if (!number.empty()) numbers_[labelOf(number)].push_back(at_);
+  const bool inPart = part < lines_.size();
+  if (inPart && hasM(words, 99)) ends_[part] = at_;
+  if (inPart && (hasM(words, 2) || hasM(words, 30))) ends_.erase(part);
+  if (auto macro = macroOf(words)) {
+    if (auto joined = join(*macro); !joined) return joined;
+    oWords_.emplace(at_, std::move(*macro));
+    return {};
+  }
+  if (!words.starts_with('O')) return {};
+  auto word = oWordOf(words);
+  if (!word) return word.error();
+  if (word->flow == Flow::Name) part = at_;
+  if (auto joined = join(*word); !joined) return joined;
+  oWords_.emplace(at_, std::move(*word));
+  return {};
 }
 
 Result<void> GcodeProgram::define(std::map<std::string, std::size_t>& names, const OWord& word) {
@@ -160,6 +234,8 @@ Result<void> GcodeProgram::join(OWord& word) {
       return define(names_, word);
     case Flow::Call:
     case Flow::Return:
+    case Flow::IfThen:
+    case Flow::GoTo:
       return {};
     case Flow::Break:
     case Flow::Continue:
@@ -234,6 +310,7 @@ Result<void> GcodeProgram::runLine() {
     begun_ = true;
     return {};
   }
+  if (text->starts_with('$')) return {};  // what GRBL is told of itself: $H, $X
   bool isOptional = false;
   const std::string_view words = withoutNumber(*text, isOptional);
   if (isOptional) ++optionalLines_;
@@ -242,9 +319,9 @@ Result<void> GcodeProgram::runLine() {
 }
 
 Result<void> GcodeProgram::runBlock(std::string_view text) {
-  const auto block = readGcodeBlock(text, parameters_);
+  const auto block = readGcodeBlock(text, dialect_, parameters_);
   if (!block) return block.error();
-  if (auto applied = apply_(*block, line()); !applied) return applied;
+  if (auto applied = apply_(*block, line(), calls_.size() - 1); !applied) return applied;
   if (block->calls) return callNumbered(*block);
   if (block->returns) return leaveNumbered();
   ended_ = block->ends;
@@ -289,6 +366,12 @@ Result<void> GcodeProgram::follow(const OWord& word) {
     case Flow::EndRepeat:
       endRepeat(word);
       return {};
+    case Flow::IfThen:
+      return ifThen(word.rest);
+    case Flow::GoTo: {
+      GcodeWords words(word.rest, parameters_);
+      return goTo(words);
+    }
     case Flow::Break:
       next_ = oWords_.at(word.other).other + 1;
       return {};
@@ -309,6 +392,30 @@ Result<double> GcodeProgram::conditionOf(const OWord& word) {
     return invalid(fmt::format("found {} after the condition", inQuotes(words.rest())));
   }
   return value;
+}
+
+/// IF [..] GOTO 10, IF [..] THEN #1 = 2.
+Result<void> GcodeProgram::ifThen(std::string_view text) {
+  GcodeWords words(text, parameters_);
+  const auto holds = words.bracketed();
+  if (!holds) return holds.error();
+  if (words.skip("GOTO")) return *holds != 0 ? goTo(words) : Result<void>();
+  if (words.skip("THEN")) return *holds != 0 ? runBlock(words.rest()) : Result<void>();
+  return invalid(
+      fmt::format("found {} after the condition, expected GOTO or THEN", inQuotes(words.rest())));
+}
+
+/// To the next line with this N, or else the first one.
+Result<void> GcodeProgram::goTo(GcodeWords& words) {
+  const auto number = words.expression();
+  if (!number) return number.error();
+  const auto found = numbers_.find(fmt::format("{:g}", *number));
+  if (!words.atEnd() || found == numbers_.end()) {
+    return invalid(fmt::format("GOTO {0:g}: no line has N{0:g}", *number));
+  }
+  const auto next = std::ranges::upper_bound(found->second, at_);
+  next_ = next == found->second.end() ? found->second.front() : *next;
+  return {};
 }
 
 /// To the first branch of which the condition holds.
@@ -351,14 +458,21 @@ Result<void> GcodeProgram::enter(std::size_t begin, double times) {
 }
 
 Result<void> GcodeProgram::call(const OWord& word) {
-  const auto sub = subs_.find(word.label);
+  std::string label = word.label;
+  if (label.starts_with('[')) {
+    GcodeWords words(label, parameters_);
+    const auto number = words.bracketed();
+    if (!number) return number.error();
+    label = fmt::format("{:g}", *number);
+  }
+  const auto sub = subs_.find(label);
   if (sub == subs_.end()) {
     return fail(ErrorCode::Unsupported,
                 fmt::format("{0} is called, and the file has no {0} sub; put the subprogram into "
                             "it",
-                            oWordName(word.label)));
+                            oWordName(label)));
   }
-  std::vector<double> arguments;
+  std::map<int, double> arguments;
   GcodeWords words(word.rest, parameters_);
   while (!words.atEnd()) {
     const auto argument = words.bracketed();
@@ -366,10 +480,10 @@ Result<void> GcodeProgram::call(const OWord& word) {
     if (arguments.size() == GcodeParameters::kArguments) {
       return invalid(fmt::format("a call has more than {} arguments", GcodeParameters::kArguments));
     }
-    arguments.push_back(*argument);
+    arguments.emplace(static_cast<int>(arguments.size()) + 1, *argument);
   }
   if (auto entered = enter(sub->second, 0); !entered) return entered;
-  parameters_.enter(arguments);
+  parameters_.enter(std::move(arguments));
   return {};
 }
 
@@ -390,24 +504,46 @@ Result<void> GcodeProgram::leave(const OWord& word) {
   return parameters_.set("_VALUE_RETURNED", word.rest.empty() ? 0 : 1);
 }
 
-Result<void> GcodeProgram::callNumbered(const GcodeBlock& block) {
-  if (!block.p) return invalid("M98 has no P, the number of the subprogram");
-  const auto name = names_.find(fmt::format("{:g}", *block.p));
-  if (name == names_.end()) {
-    return invalid(
-        fmt::format("M98 calls P{0:.10g}, and no line O{0:.10g} begins a subprogram; "
-                    "repeats are given by L",
-                    *block.p));
-  }
+/// Where the subprogram of M97, M98 or G65 begins, and how often it comes.
+Result<std::pair<std::size_t, double>> GcodeProgram::numberedSub(const GcodeBlock& block) const {
+  const std::string_view caller = block.isMacro ? "G65" : block.isLocal ? "M97" : "M98";
+  if (!block.p) return invalid(fmt::format("{} has no P, the number of the subprogram", caller));
   const double times = block.l.value_or(1);
-  return times >= 1 ? enter(name->second, times) : Result<void>();
+  const std::string number = fmt::format("{:.10g}", *block.p);
+  if (block.isLocal) {
+    const auto lines = numbers_.find(number);
+    if (lines != numbers_.end()) return std::pair(lines->second.front() - 1, times);
+    return invalid(fmt::format("M97 calls P{0}, and no line has N{0}", number));
+  }
+  if (const auto name = names_.find(number); name != names_.end()) {
+    return std::pair(name->second, times);
+  }
+  // P30100 of older controls is O0100 three times.
+  constexpr double kNumbers = 10'000;
+  if (*block.p >= kNumbers && !block.l) {
+    const auto name = names_.find(fmt::format("{:g}", std::fmod(*block.p, kNumbers)));
+    if (name != names_.end()) return std::pair(name->second, std::floor(*block.p / kNumbers));
+  }
+  return invalid(
+      fmt::format("{0} calls P{1}, and no line O{1} begins a subprogram; repeats are given by L",
+                  caller, number));
+}
+
+Result<void> GcodeProgram::callNumbered(const GcodeBlock& block) {
+  const auto sub = numberedSub(block);
+  if (!sub) return sub.error();
+  const auto [begin, times] = *sub;
+  if (!(times >= 1)) return {};
+  if (auto entered = enter(begin, times); !entered) return entered;
+  calls_.back().isMacro = block.isMacro;
+  if (block.isMacro) parameters_.enter(argumentsOf(block));
+  return {};
 }
 
 Result<void> GcodeProgram::leaveNumbered() {
   if (calls_.size() < 2) {
-    return fail(ErrorCode::Unsupported,
-                "M99 is not supported in the main program, which it repeats for ever; end it with "
-                "M30");
+    repeatsForEver_ = ended_ = true;
+    return {};
   }
   Called& called = calls_.back();
   if (!(called.left > 0)) return invalid("M99 stands in a subprogram that M98 did not call");
@@ -416,6 +552,7 @@ Result<void> GcodeProgram::leaveNumbered() {
     return {};
   }
   next_ = called.from + 1;
+  if (called.isMacro) parameters_.leave();
   calls_.pop_back();
   return {};
 }

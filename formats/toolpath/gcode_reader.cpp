@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "formats/toolpath/gcode_dialect.h"
 #include "formats/toolpath/gcode_machine.h"
 #include "formats/toolpath/gcode_parameters.h"
 #include "formats/toolpath/gcode_program.h"
@@ -9,12 +10,14 @@
 namespace t4d::formats {
 
 Result<ToolPath> readGcode(const InputFile& file, const ToolPathOptions& options) {
-  GcodeMachine machine(options);
+  const GcodeHabits habits = habitsOf(file.bytes, options.dialect);
+  GcodeMachine machine(options, habits);
   GcodeParameters parameters({[&](int number) { return machine.parameter(number); },
                               [&](const std::string& name) { return machine.parameter(name); }});
-  GcodeProgram program(file.bytes, parameters, [&](const GcodeBlock& block, std::uint64_t line) {
-    return machine.apply(block, line);
-  });
+  GcodeProgram program(file.bytes, habits.dialect, parameters,
+                       [&](const GcodeBlock& block, std::uint64_t line, std::size_t depth) {
+                         return machine.apply(block, line, depth);
+                       });
   if (auto ran = program.run(options.repeatedLines); !ran) {
     Error error = ran.error();
     error.where = file.atLine(program.line());
@@ -24,6 +27,10 @@ Result<ToolPath> readGcode(const InputFile& file, const ToolPathOptions& options
   if (!path) {
     path.error().where = file.path.string();
     return path;
+  }
+  if (program.repeatsForEver()) {
+    path->notices.push_back(file.path.string() +
+                            ": M99 repeats the program for ever; it is carried out once");
   }
   const std::size_t optional = program.optionalLines();
   if (optional > 0) {

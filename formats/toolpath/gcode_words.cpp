@@ -156,12 +156,12 @@ Result<double> GcodeWords::literal() {
 
 Result<double> GcodeWords::function() {
   if (skip(kExists)) {
-    if (!skip("[#<")) return expected("[#<a name>] after EXISTS");
-    const auto end = rest_.find(">]");
-    if (end == rest_.npos) return expected("a name that ends with >]");
-    const std::string name(rest_.substr(0, end));
-    rest_.remove_prefix(end + 2);
-    return truth(parameters_.exists(name));
+    if (!skip("[#")) return expected("[# and a parameter after EXISTS");
+    const auto which = parameter();
+    if (!which) return which.error();
+    if (!skip("]")) return expected("] after the parameter of EXISTS");
+    return truth(which->name.empty() ? parameters_.exists(which->number)
+                                     : parameters_.exists(which->name));
   }
   const bool isArcTangent = skip(kArcTangent);
   const auto found = std::ranges::find_if(

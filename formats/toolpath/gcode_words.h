@@ -32,6 +32,8 @@ class GcodeWords {
   Result<double> number();
   /// An expression in square brackets.
   Result<double> bracketed();
+  /// An expression without brackets around it.
+  Result<double> expression() { return expression(1); }
 
   /// A parameter that is assigned to, after its `#`: its number, or its name.
   struct Parameter {

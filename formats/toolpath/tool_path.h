@@ -29,9 +29,16 @@ struct ToolPath {
   /// In order of time; if empty, the one tool, which has no number, is mounted throughout.
   std::vector<Mounting> mountings = {};
   std::size_t moves = 0;                  ///< in the file; an arc is one
+  double dwell = 0;                       ///< seconds, which the motion does not have
   std::size_t unknownMoves = 0;           ///< to places of the machine whose zero is not given
   std::vector<std::string> notices = {};  ///< one sentence each
 };
+
+/// Where the dialects of controls differ.
+enum class GcodeDialect : std::uint8_t { LinuxCnc, Grbl, Fanuc, Haas, Mach3, Siemens };
+
+/// "linuxcnc" and so on; nothing for another name.
+std::optional<GcodeDialect> gcodeDialect(std::string_view name);
 
 struct ToolPathOptions {
   double tolerance = 0.01;    ///< mm; the farthest that chords of arcs are from them
@@ -44,6 +51,17 @@ struct ToolPathOptions {
   /// the machine; and from there the places 280 and 300, to which G28 and G30 go.
   std::map<int, model::Point3> offsets = {};
   std::vector<RotaryAxis> rotaries = {};
+  /// Where the control point is in the frame of the stock, in mm, before a program says so. If it
+  /// is not given, a program that cuts before begins at `assumedStart`, or at the zero of the
+  /// machine where that is known, with a notice; and what it would cut on the way from there is
+  /// drawn as a rapid move.
+  std::optional<model::Point3> start = {};
+  model::Point3 assumedStart = model::Point3::Zero();
+  std::optional<double> defaultFeed = {};  ///< mm/min, where a program gives none
+  /// Of the tools, by number, in mm: what G41 and G42 keep the path away from the programmed one.
+  /// 0 is that of a tool without a number.
+  std::map<int, double> diameters = {};
+  std::optional<GcodeDialect> dialect = {};  ///< none: guessed
   /// X, Y and Z are always those of the tip in the frame of the stock, as after G43.4.
   bool tipControl = false;
   double reach = 100;  ///< mm; how far from its tip the tool must be right as it turns

@@ -3,6 +3,8 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -10,6 +12,7 @@
 #include "formats/output_file.h"
 #include "formats/toolpath/tool_table.h"
 #include "formats/triangle/triangle_mesh_formats.h"
+#include "platform/temporary_folder.h"
 #include "t4d/slice.h"
 #include "tools/t4d/commands.h"
 #include "tools/t4d/console.h"
@@ -25,12 +28,14 @@
 #include "tools/t4d/t4d_output.h"
 #include "tools/t4d/voxel_series.h"
 #include "tools/verbs/mill.h"
+#include "tools/verbs/slice.h"
 
 namespace t4d::tools {
 namespace {
 
 struct MillArguments {
   std::string stock;
+  std::string box;
   bool mend = false;
   MendingOptions mending;
   MillToolOptions tools;
@@ -41,6 +46,8 @@ struct MillArguments {
   std::string toolTable;
   std::vector<std::string> offsets;
   std::vector<std::string> rotaries;
+  std::string start;
+  std::string dialect;
   formats::ToolPathOptions program;
   verbs::MillOptions mill;
   double memory = 4;  // GB
@@ -75,7 +82,33 @@ Result<formats::ToolPathOptions> pathOptions(const MillArguments& options) {
     }
     how.rotaries.push_back(*axis);
   }
+  if (!options.start.empty()) {
+    const auto start = formats::parsePoint(options.start);
+    if (!start) return invalid("--start: " + start.error().message);
+    how.start = *start;
+  }
+  if (!options.dialect.empty()) how.dialect = formats::gcodeDialect(options.dialect);
   return how;
+}
+
+std::string timeText(double time, const std::string& unit) {
+  return unit.empty() ? fmt::format("{:.4g}", time) : fmt::format("{:.4g} {}", time, unit);
+}
+
+/// "tip from (-16, 0, 4) to (16, 0, 30); T1 cuts 3.2 s, rapid moves 0.4 s".
+void printPath(const verbs::PathSummary& path, const model::Motion& motion) {
+  const auto point = [](const model::Point3& at) {
+    return fmt::format("({:.6g}, {:.6g}, {:.6g})", at.x(), at.y(), at.z());
+  };
+  std::string text;
+  for (const auto& [tool, time] : path.cutting) {
+    text += fmt::format("{}cuts {}, ", tool == 0 ? "" : fmt::format("T{} ", tool),
+                        timeText(time, motion.timeUnit));
+  }
+  text += fmt::format("rapid moves {}", timeText(path.rapid, motion.timeUnit));
+  if (path.dwell > 0) text += fmt::format(", dwells {:.4g} s (left out)", path.dwell);
+  if (path.toolChanges > 0) text += ", " + counted(path.toolChanges, "tool change");
+  print("  tip from {} to {}; {}\n", point(path.extent.min), point(path.extent.max), text);
 }
 
 void printText(const MillArguments& options, const verbs::MillReport& done) {
@@ -100,6 +133,7 @@ void printText(const MillArguments& options, const verbs::MillReport& done) {
     print("  up to {} comes back between frames and goes again; --frames {} has less of it\n",
           cubic(report.returnedVolume), std::max<std::size_t>(2, report.progress.size() / 4));
   }
+  printPath(done.path, motion);
   int mounted = 0;
   for (const formats::Mounting& one : done.mountings) {
     const int tool = one.tool.value_or(mounted);
@@ -121,9 +155,10 @@ void printText(const MillArguments& options, const verbs::MillReport& done) {
 }
 
 /// The page, with slices of the file.
-Result<void> writePage(const MillArguments& options, const mill::MillReport& report) {
+Result<void> writePage(const std::string& process, const MillArguments& options,
+                       const mill::MillReport& report) {
   const ProgressBar bar("drawing");
-  const auto input = verbs::openInput(options.output.path, InputOptions{});
+  const auto input = verbs::openInput(process, InputOptions{});
   if (!input) return input.error();
   const model::Source& milled = *input->bodies.front().source;
   const std::vector<double> times = model::evenTimes(model::timeSpanOf(milled), 6);
@@ -134,9 +169,27 @@ Result<void> writePage(const MillArguments& options, const mill::MillReport& rep
     workpieces.emplace_back(times[i], std::move(slices[i]->mesh));
   }
   const std::string title =
-      "Milling of " + std::filesystem::path(options.stock).filename().string();
+      "Milling of " + (options.stock.empty()
+                           ? options.box
+                           : std::filesystem::path(options.stock).filename().string());
   return formats::writeOutputFile(options.html,
                                   millPage(title, input->metadata, report, workpieces));
+}
+
+bool isPart(const std::string& path) {
+  return path != "-" &&
+         std::ranges::any_of(formats::writableTriangleMeshes(),
+                             [&](std::string_view one) { return path.ends_with(one); });
+}
+
+/// Writes the solid at the end of a .t4d.
+Result<verbs::SliceReport> writePart(const std::string& process, const std::string& path) {
+  const auto input = verbs::openInput(process, InputOptions{});
+  if (!input) return input.error();
+  verbs::SliceOptions how;
+  how.output = path;
+  how.time = model::timeSpanOf(*input->bodies.front().source).end;
+  return verbs::sliceMesh(*input, how, verbs::nobody());
 }
 
 std::optional<std::string> misuseOf(const MillArguments& options) {
@@ -150,9 +203,15 @@ std::optional<std::string> misuseOf(const MillArguments& options) {
     return "--angles, --quaternion, --length-unit and --time-unit are for --motion";
   }
   const bool saysMore = !options.toolTable.empty() || !options.offsets.empty() ||
-                        !options.rotaries.empty() || options.program.tipControl;
+                        !options.rotaries.empty() || options.program.tipControl ||
+                        !options.start.empty() || !options.dialect.empty() ||
+                        options.program.defaultFeed;
   if (options.gcode.empty() && saysMore) {
-    return "--tool-table, --offset, --rotary and --tcp are for --gcode";
+    return "--tool-table, --offset, --rotary, --tcp, --start, --feed and --dialect are for "
+           "--gcode";
+  }
+  if (options.stock.empty() == options.box.empty()) {
+    return "the solid to mill is given by a file, or by --stock box:LENGTH,WIDTH,HEIGHT";
   }
   if (!options.html.empty() && options.output.path == "-") {
     return "--html needs the .t4d in a file";
@@ -162,7 +221,8 @@ std::optional<std::string> misuseOf(const MillArguments& options) {
 
 /// Fails if an output cannot be written, or is an input or another output.
 Result<void> checkFiles(const MillArguments& options, const verbs::MillToolSpecs& specs) {
-  std::vector<std::string> inputs = {options.stock, options.path()};
+  std::vector<std::string> inputs = {options.path()};
+  if (!options.stock.empty()) inputs.push_back(options.stock);
   if (!options.toolTable.empty()) inputs.push_back(options.toolTable);
   for (const auto& [number, spec] : specs) {
     for (std::string& file : spec.files()) inputs.push_back(std::move(file));
@@ -188,7 +248,15 @@ verbs::MillOptions millOptions(const MillArguments& options) {
 
 /// Mills these files, which have been checked.
 int millFiles(const MillArguments& options, const verbs::MillFiles& files) {
-  const verbs::MillOptions how = millOptions(options);
+  verbs::MillOptions how = millOptions(options);
+  // A part is the end of a process, which is written aside.
+  std::optional<platform::TemporaryFolder> aside;
+  if (isPart(options.output.path)) {
+    auto made = platform::TemporaryFolder::create();
+    if (!made) return report(made.error());
+    aside.emplace(std::move(*made));
+    how.output.path = (aside->path() / "process.t4d").string();
+  }
   ConsoleObserver observer;
   const auto input = verbs::readMilling(files, how, observer);
   if (!input) return report(input.error());
@@ -199,8 +267,14 @@ int millFiles(const MillArguments& options, const verbs::MillFiles& files) {
   const auto milled = verbs::mill(*input, how, observer);
   if (!milled) return report(milled.error());
   printNotices(milled->notices);
+  std::vector<std::string> losses = milled->losses;
+  if (aside) {
+    auto part = writePart(how.output.path, options.output.path);
+    if (!part) return report(part.error());
+    losses.insert(losses.end(), part->losses.begin(), part->losses.end());
+  }
   if (!options.html.empty()) {
-    if (auto written = writePage(options, milled->milled); !written) {
+    if (auto written = writePage(how.output.path, options, milled->milled); !written) {
       return report(written.error());
     }
   }
@@ -209,7 +283,7 @@ int millFiles(const MillArguments& options, const verbs::MillFiles& files) {
   } else {
     printText(options, *milled);
   }
-  return reportLosses(milled->losses);
+  return reportLosses(losses);
 }
 
 int run(const MillArguments& options) {
@@ -224,7 +298,10 @@ int run(const MillArguments& options) {
     return wrongUsage("tools with numbers are mounted by --gcode or --locations");
   }
   if (auto good = checkFiles(options, *specs); !good) return report(good.error());
-  return millFiles(options, {.stock = {options.stock, {}, options.mending.given(options.mend)},
+  return millFiles(options, {.stock = {options.stock.empty() ? "stock" : options.stock,
+                                       {},
+                                       options.mending.given(options.mend)},
+                             .box = options.box,
                              .tools = *specs,
                              .kind = options.kind(),
                              .path = options.path(),
@@ -242,7 +319,12 @@ void addMill(CLI::App& app, int& exitCode) {
   command
       ->add_option("STOCK", options->stock,
                    "Solid to mill: " + formats::readableTriangleMeshExtensions())
-      ->required();
+      ->check(someName());
+  command
+      ->add_option("--stock", options->box,
+                   "Block to mill instead: box:100,60,20, the middle of its top at the origin, or "
+                   "with its lowest corner, box:100,60,20@0,0,-20")
+      ->check(someName());
   options->tools.addTo(*command);
   command
       ->add_option("-m,--motion", options->motion,
@@ -275,6 +357,17 @@ void addMill(CLI::App& app, int& exitCode) {
   command->add_flag(
       "--tcp", options->program.tipControl,
       "Take X, Y and Z as the position of the tip in the frame of the stock, as after G43.4");
+  command->add_option("--start", options->start,
+                      "Where the tool is before the program says so, in the frame of the stock: "
+                      "0,0,50");
+  command
+      ->add_option("--feed", options->program.defaultFeed,
+                   "Feed rate where the program gives none, in mm/min")
+      ->check(numberAboveZero());
+  command
+      ->add_option("--dialect", options->dialect,
+                   "Control that the program is for (default: what it looks like)")
+      ->check(CLI::IsMember({"linuxcnc", "grbl", "fanuc", "haas", "mach3", "siemens"}));
   command
       ->add_option("--tolerance", options->mill.tolerance,
                    "Maximum error of tool, arcs and turns, in length units (default: 0.01 voxels)")
@@ -301,7 +394,7 @@ void addMill(CLI::App& app, int& exitCode) {
   options->mending.addTo(*command, options->mend);
   addNoPartOption(*command,
                   "milling cannot be divided: every cut starts from what the cuts before it left");
-  options->output.addTo(*command);
+  options->output.addTo(*command, formats::writableTriangleMeshes());
   command->add_flag("--json", options->json, "Print the result as JSON");
   command->footer(
       "Examples:\n  t4d mill cube.obj --tool ball:d=6,l=30 --gcode pocket.nc --voxel-size 0.5 --up "

@@ -1,6 +1,9 @@
 #include "tools/t4d/t4d_output.h"
 
+#include <utility>
+
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "tools/t4d/centering.h"
 #include "tools/t4d/input_options.h"
@@ -9,11 +12,16 @@
 
 namespace t4d::tools {
 
-void addT4dOutputOption(CLI::App& command, std::string& path) {
-  command.add_option("-o,--output", path, "Output file (.t4d), or - for standard output")
+void addT4dOutputOption(CLI::App& command, std::string& path,
+                        std::vector<std::string_view> others) {
+  const std::string alsoFinal =
+      others.empty() ? "" : fmt::format("; or the solid at the end ({})", fmt::join(others, ", "));
+  others.insert(others.begin(), ".t4d");
+  command
+      .add_option("-o,--output", path, "Output file (.t4d), or - for standard output" + alsoFinal)
       ->required()
       ->check(someName())
-      ->check(outputFile({".t4d"}));
+      ->check(outputFile(std::move(others)));
 }
 
 void addCompressionOption(CLI::App& command, int& level) {
@@ -55,8 +63,8 @@ std::optional<std::string> T4dCoding::rounding() const {
                      *grid, *grid / 2);
 }
 
-void T4dOutput::addTo(CLI::App& command) {
-  addT4dOutputOption(command, path);
+void T4dOutput::addTo(CLI::App& command, std::vector<std::string_view> others) {
+  addT4dOutputOption(command, path, std::move(others));
   coding.addTo(command);
   command
       .add_option("--up", up, "Axis that points up (default: y, or z if the input is RAS or LPS)")

@@ -2,6 +2,8 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
@@ -9,8 +11,9 @@
 
 namespace t4d::tools {
 
-/// Adds `-o`, the .t4d file to write.
-void addT4dOutputOption(CLI::App& command, std::string& path);
+/// Adds `-o`, the .t4d file to write, or one with one of these extensions.
+void addT4dOutputOption(CLI::App& command, std::string& path,
+                        std::vector<std::string_view> others = {});
 
 /// Adds `--compression`.
 void addCompressionOption(CLI::App& command, int& level);
@@ -36,7 +39,7 @@ struct T4dOutput {
   std::string body;
   bool center = false;
 
-  void addTo(CLI::App& command);
+  void addTo(CLI::App& command, std::vector<std::string_view> others = {});
   verbs::T4dFileOptions fileOptions() const;
 };
 

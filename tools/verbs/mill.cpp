@@ -30,7 +30,7 @@ std::string millDetails(const MillFiles& files, const MillOptions& options, std:
   const auto fileName = [](const std::string& path) {
     return std::filesystem::path(path).filename().string();
   };
-  ordered_json source{{"mesh", fileName(files.stock.path)}};
+  ordered_json source{{"mesh", files.box.empty() ? fileName(files.stock.path) : files.box}};
   for (const auto& [number, spec] : files.tools) {
     const std::string tool = spec.files().empty() ? spec.tool : fileName(spec.tool);
     if (number == 0) {
@@ -52,7 +52,7 @@ std::string millDetails(const MillFiles& files, const MillOptions& options, std:
 
 /// Notes the files that were read before.
 void noteInputs(const MillFiles& files) {
-  platform::noteInput(files.stock.path);
+  if (files.box.empty()) platform::noteInput(files.stock.path);
   platform::noteInput(files.path);
   for (const auto& [number, spec] : files.tools) {
     for (const std::string& file : spec.files()) platform::noteInput(file);
@@ -76,6 +76,36 @@ mill::MillOptions optionsOfMilling(const MillInput& input, const MillOptions& op
 }
 
 }  // namespace
+
+PathSummary summaryOf(const formats::ToolPath& path) {
+  PathSummary summary;
+  summary.dwell = path.dwell;
+  int mounted = 0;
+  for (const formats::Mounting& one : path.mountings) {
+    const int tool = one.tool.value_or(mounted);
+    summary.toolChanges += tool != mounted && mounted != 0 ? 1 : 0;
+    mounted = tool;
+  }
+  std::size_t mounting = 0;
+  std::size_t rapid = 0;
+  for (const model::Segment& segment : path.motion.segments) {
+    summary.extent.add(segment.start.translation);
+    summary.extent.add(segment.end.translation);
+    const double seconds = segment.timeEnd - segment.timeBegin;
+    const double middle = 0.5 * (segment.timeBegin + segment.timeEnd);
+    while (rapid < path.rapids.size() && path.rapids[rapid].end < middle) ++rapid;
+    if (rapid < path.rapids.size() && path.rapids[rapid].begin < middle) {
+      summary.rapid += seconds;
+      continue;
+    }
+    while (mounting + 1 < path.mountings.size() && path.mountings[mounting + 1].time < middle) {
+      ++mounting;
+    }
+    const bool holds = mounting < path.mountings.size() && path.mountings[mounting].time < middle;
+    summary.cutting[holds ? path.mountings[mounting].tool.value_or(0) : 0] += seconds;
+  }
+  return summary;
+}
 
 Result<MillReport> mill(const MillInput& input, const MillOptions& options, Observer& observer) {
   const platform::Stopwatch stopwatch;
@@ -102,6 +132,7 @@ Result<MillReport> mill(const MillInput& input, const MillOptions& options, Obse
   const auto bytes = file->finish();
   if (!bytes) return bytes.error();
   MillReport report{.milled = std::move(*milled),
+                    .path = summaryOf(input.path),
                     .motion = motion,
                     .mountings = input.path.mountings,
                     .bytes = *bytes};
@@ -146,6 +177,17 @@ std::string jsonOf(const MillReport& report, std::uint64_t peakBytes) {
     if (!numbered) break;
     value["mountings"].push_back({{"time", one.time}, {"tool", one.tool.value_or(0)}});
   }
+  const auto xyz = [](const model::Point3& point) {
+    return ordered_json::array({point.x(), point.y(), point.z()});
+  };
+  ordered_json path{
+      {"min", xyz(report.path.extent.min)}, {"max", xyz(report.path.extent.max)},
+      {"cutting", ordered_json::array()},   {"rapid_time", report.path.rapid},
+      {"dwell_seconds", report.path.dwell}, {"tool_changes", report.path.toolChanges}};
+  for (const auto& [tool, time] : report.path.cutting) {
+    path["cutting"].push_back({{"tool", tool}, {"time", time}});
+  }
+  value["path"] = path;
   value["returned_volume"] = milled.returnedVolume;
   value["steps"] = milled.steps;
   value["vertices"] = milled.woven.vertices;

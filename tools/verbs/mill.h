@@ -27,6 +27,9 @@ enum class ToolPathKind : std::uint8_t {
 /// A stock, its tools and their path, as files.
 struct MillFiles {
   SolidInput stock;  ///< one body
+  /// Instead of a file, whose name is "stock" then: "box:100,60,20", with the middle of its top at
+  /// the origin, or "box:100,60,20@0,0,-20", with its lowest corner there; length units.
+  std::string box = {};
   /// One without a number, or those that the path mounts by their numbers. Not empty.
   MillToolSpecs tools = {};
   ToolPathKind kind = ToolPathKind::Motion;
@@ -59,8 +62,21 @@ struct MillInput {
   double seconds = 0;  ///< that reading took
 };
 
+/// What a path does, and how long.
+struct PathSummary {
+  model::Bounds3 extent = {};          ///< of the tip, in the frame of the stock
+  double rapid = 0;                    ///< time
+  double dwell = 0;                    ///< seconds, which are no part of the motion
+  std::size_t toolChanges = 0;         ///< between tools with numbers
+  std::map<int, double> cutting = {};  ///< time, by the number of the tool; 0: one without
+};
+
+/// Of a path that has been read.
+PathSummary summaryOf(const formats::ToolPath& path);
+
 struct MillReport {
   mill::MillReport milled;
+  PathSummary path;
   model::Motion motion;                      ///< of the tool
   std::vector<formats::Mounting> mountings;  ///< of tools with numbers and without
   std::uint64_t bytes = 0;                   ///< of the file

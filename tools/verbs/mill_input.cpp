@@ -1,9 +1,11 @@
 #include <algorithm>
+#include <cmath>
 #include <string_view>
 
 #include <fmt/format.h>
 
 #include "edit/surface_crossings.h"
+#include "formats/motion/basic_solids.h"
 #include "formats/toolpath/cutter_location_reader.h"
 #include "formats/toolpath/gcode_reader.h"
 #include "model/amount_text.h"
@@ -11,6 +13,7 @@
 #include "t4d/motion.h"
 #include "tools/verbs/mending.h"
 #include "tools/verbs/mill.h"
+#include "tools/verbs/wall.h"
 
 namespace t4d::verbs {
 namespace {
@@ -30,15 +33,48 @@ void noteCrossings(const std::string& path, const model::TriangleMesh& mesh, Obs
       model::counted(found->pairs.size(), "pair of triangles", "pairs of triangles")));
 }
 
+/// Of "box:100,60,20": the middle of its top is the origin; or of "box:100,60,20@0,0,-20", whose
+/// lowest corner is there.
+Result<LoadedSolid> boxStock(std::string_view text) {
+  const auto wrong = [&] {
+    return fail(ErrorCode::Options,
+                fmt::format("'{}' is no stock; expected box:LENGTH,WIDTH,HEIGHT, as in "
+                            "box:100,60,20, or with its lowest corner, box:100,60,20@0,0,-20",
+                            text));
+  };
+  constexpr std::string_view kBox = "box:";
+  if (!text.starts_with(kBox)) return wrong();
+  const std::string_view sizes = text.substr(kBox.size());
+  const auto at = std::min(sizes.find('@'), sizes.size());
+  const auto size = formats::parsePoint(sizes.substr(0, at));
+  if (!size || !(size->minCoeff() > 0)) return wrong();
+  model::Point3 middle(0, 0, -size->z() / 2);
+  if (at < sizes.size()) {
+    const auto corner = formats::parsePoint(sizes.substr(at + 1));
+    if (!corner) return wrong();
+    middle = *corner + *size / 2;
+  }
+  LoadedSolid stock;
+  stock.bodies.push_back({.name = "stock", .mesh = formats::boxMesh(*size)});
+  for (model::Point3& vertex : stock.bodies.front().mesh.vertices) vertex += middle;
+  return stock;
+}
+
 /// The stock, in which voxels of this size find room.
 Result<model::TriangleMesh> readStock(const MillFiles& files, const MillOptions& options,
                                       std::vector<std::string>& losses, Observer& observer) {
-  auto stock = readSolidInput(files.stock, observer);
+  auto stock = files.box.empty() ? readSolidInput(files.stock, observer) : boxStock(files.box);
   if (!stock) return stock.error();
   observer.noteEach(noticesOf(stock->mended));
   losses.insert(losses.end(), stock->losses.begin(), stock->losses.end());
   model::TriangleMesh& mesh = stock->bodies.front().mesh;
   noteCrossings(files.stock.path, mesh, observer);
+  // Each ray is a two thousandth of the surface.
+  if (const double thin = thinWalls(mesh, options.voxelSize); thin > 0) {
+    losses.push_back(fmt::format(
+        "{}: walls thinner than a voxel ({:g}), behind {:.2g} % of the surface, may be lost",
+        files.stock.path, options.voxelSize, 100 * thin));
+  }
   if (auto sized = mill::checkVoxelSize(mesh, options.voxelSize, options.memory); !sized) {
     Error error = sized.error();
     if (error.where.empty() || error.where == "stock") error.where = files.stock.path;
@@ -50,6 +86,7 @@ Result<model::TriangleMesh> readStock(const MillFiles& files, const MillOptions&
 /// What G-code and cutter locations are read with: the tools, the lengths that the table has, and
 /// how far the longest one reaches.
 formats::ToolPathOptions programOptions(const MillFiles& files, const MillOptions& options,
+                                        const model::TriangleMesh& stock,
                                         const std::vector<mill::Tool>& tools) {
   formats::ToolPathOptions how = files.program;
   how.tolerance = options.toleranceOr();
@@ -61,9 +98,17 @@ formats::ToolPathOptions programOptions(const MillFiles& files, const MillOption
   for (const mill::Tool& tool : tools) {
     if (how.tools) how.tools->push_back(tool.number);
     reach(tool.mesh);
+    double radius = 0;
+    for (const auto& vertex : tool.mesh.vertices) {
+      radius = std::max(radius, std::hypot(vertex.x(), vertex.y()));
+    }
+    how.diameters.emplace(tool.number, 2 * radius);
     for (const mill::Guard& guard : tool.guards) reach(guard.mesh);
   }
   for (const auto& [number, tool] : files.toolTable) how.lengths.emplace(number, tool.length);
+  const model::Bounds3 bounds = model::boundsOf(stock);
+  how.assumedStart = 0.5 * (bounds.min + bounds.max);
+  how.assumedStart.z() = bounds.max.z();
   return how;
 }
 
@@ -103,7 +148,7 @@ Result<MillInput> readMilling(const MillFiles& files, const MillOptions& options
   if (!stock) return stock.error();
   auto tools = readMillTools(files.tools, options.toleranceOr(), input.losses, observer);
   if (!tools) return tools.error();
-  auto path = readToolPath(files, programOptions(files, options, *tools));
+  auto path = readToolPath(files, programOptions(files, options, *stock, *tools));
   if (!path) return path.error();
   observer.noteEach(path->notices);
   input.stock = std::move(*stock);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <vector>
 
 #include "measure/surface_samples.h"
 #include "measure/triangle_tree.h"
@@ -32,22 +34,20 @@ double distanceAlong(const Point3& from, const Point3& direction, const Point3& 
   return v.dot(q) / volume;
 }
 
-}  // namespace
-
-double wallThickness(const model::TriangleMesh& mesh) {
+/// The length of the normal inside the solid, from points that are even over the surface.
+std::vector<double> thicknesses(const model::TriangleMesh& mesh) {
   constexpr std::size_t kRays = 2000;
   // Pieces of a ray across the whole mesh, so that few triangles are near each.
   constexpr int kPieces = 64;
   // Of the extent: the triangle from which a ray starts is not met.
   constexpr double kRounding = 1e-9;
   const auto samples = measure::surfaceSamples(mesh, kRays);
-  if (samples.empty()) return 0;
+  if (samples.empty()) return {};
   const measure::TriangleTree tree(mesh);
   const model::Bounds3 bounds = model::boundsOf(mesh);
   const double extent = (bounds.max - bounds.min).norm();
   const double step = extent / kPieces;
-  double sum = 0;
-  std::size_t count = 0;
+  std::vector<double> found;
   for (const measure::SurfaceSample& sample : samples) {
     const Point3 inward = -sample.normal;
     double least = std::numeric_limits<double>::infinity();
@@ -63,11 +63,24 @@ double wallThickness(const model::TriangleMesh& mesh) {
       });
     }
     // A ray through an edge may miss both of its triangles, by rounding.
-    if (!std::isfinite(least)) continue;
-    sum += least;
-    ++count;
+    if (std::isfinite(least)) found.push_back(least);
   }
-  return count > 0 ? sum / static_cast<double>(count) : 0;
+  return found;
+}
+
+}  // namespace
+
+double wallThickness(const model::TriangleMesh& mesh) {
+  const std::vector<double> found = thicknesses(mesh);
+  if (found.empty()) return 0;
+  return std::accumulate(found.begin(), found.end(), 0.0) / static_cast<double>(found.size());
+}
+
+double thinWalls(const model::TriangleMesh& mesh, double thickness) {
+  const std::vector<double> found = thicknesses(mesh);
+  if (found.empty()) return 0;
+  const auto thin = std::ranges::count_if(found, [&](double one) { return one < thickness; });
+  return static_cast<double>(thin) / static_cast<double>(found.size());
 }
 
 double meanNormalSpeed(const slice::Slice& slice) {

@@ -10,6 +10,9 @@ namespace t4d::verbs {
 /// closed; 0 if it is empty.
 double wallThickness(const model::TriangleMesh& mesh);
 
+/// The part of the surface, from 0 to 1, of which the wall behind it is thinner than this.
+double thinWalls(const model::TriangleMesh& mesh, double thickness);
+
 /// The mean over the area of how fast the surface moves along its normal, inward or outward, in
 /// length units per time unit. The slice must have its motion. 0 if it is empty.
 double meanNormalSpeed(const slice::Slice& slice);
