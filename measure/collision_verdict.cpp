@@ -65,7 +65,7 @@ Result<CollisionVerdict> verdictOn(const Collision& collision, const model::Sour
     if (sliceA->mesh.triangles.empty() || sliceB->mesh.triangles.empty()) continue;
     const OverlapDepth depth(sliceA->mesh, sliceB->mesh);
     certain = certain || depth.greatest(chordsA.bound, chordsB.bound, /*any=*/true) > 0;
-    result.depth = std::max(result.depth, depth.greatest());
+    result.depth = std::max(result.depth, depth.greatest(0, 0, /*any=*/false, result.depth));
   }
   double margin = result.depth;
   if (collision.contact()) {
