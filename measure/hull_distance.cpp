@@ -25,8 +25,12 @@ class Outline {
     for (std::size_t i = 0; i < count_; ++i) {
       points_[i] << points[i].head<3>() - origin, points[i][3];
     }
-    std::sort(points_.begin(), points_.begin() + static_cast<std::ptrdiff_t>(count_),
-              [](const Point4& p, const Point4& q) { return p[3] < q[3]; });
+    const auto end = points_.begin() + static_cast<std::ptrdiff_t>(count_);
+    const auto isEarlier = [](const Point4& p, const Point4& q) { return p[3] < q[3]; };
+    // The layers of a slab are in order.
+    if (!std::is_sorted(points_.begin(), end, isEarlier)) {
+      std::sort(points_.begin(), end, isEarlier);
+    }
   }
 
   double begin() const { return points_[0][3]; }
@@ -247,7 +251,8 @@ std::optional<HullDistance> distanceOf(std::span<const Point4> a, std::span<cons
   constexpr double kRounding = 64 * std::numeric_limits<double>::epsilon();
   const double rounding = kRounding * differences.largest();
   Simplex simplex;
-  simplex.corners[0] = differences.farthest(Point3::UnitX());
+  const Point3 toward = (b[0] - a[0]).head<3>();
+  simplex.corners[0] = differences.farthest(toward.isZero(0) ? Point3::UnitX() : toward);
   simplex.weights[0] = 1;
   simplex.size = 1;
   Difference nearest = simplex.mean();
