@@ -22,7 +22,8 @@ using model::TimeSpan;
 /// pairs of its body.
 class PairSearches {
  public:
-  PairSearches(std::span<const SourcePair> pairs, const CollideOptions& options) {
+  PairSearches(std::span<const SourcePair> pairs, const CollideOptions& options)
+      : overTime_(options.clearanceOverTime) {
     std::map<const Source*, std::size_t> numbers;
     const auto numberOf = [&](const Source& source) {
       const auto [found, added] = numbers.try_emplace(&source, slabs_.size());
@@ -45,8 +46,22 @@ class PairSearches {
         model::partOf(progress, 0, kContacts));
     if (!done) return done.error();
     for (PairSearch& search : searches_) search.finishContacts();
+    const auto apart = [&](std::size_t pair) { return searches_[pair].findsClearance(); };
+    const auto isSeeded = [&](std::size_t pair) { return apart(pair) && !overTime_; };
+    // A distance that is small from the start leaves out most of the others.
+    const auto isFirst = [&](const Visit& visit) {
+      return visit.window == searches_[visit.pair].nearestByBoxes();
+    };
     done = forEachWindow(
-        [&](std::size_t pair) { return searches_[pair].findsClearance(); },
+        isSeeded, isFirst,
+        [&](const Visit& visit) -> Result<void> {
+          if (isFirst(visit)) searches_[visit.pair].findClearance(visit.window);
+          return {};
+        },
+        {});
+    if (!done) return done.error();
+    done = forEachWindow(
+        apart,
         [&](const Visit& visit) { return searches_[visit.pair].mayBeNearest(visit.window); },
         [&](const Visit& visit) -> Result<void> {
           searches_[visit.pair].findClearance(visit.window);
@@ -135,6 +150,7 @@ class PairSearches {
     return {};
   }
 
+  bool overTime_;
   std::deque<LoadedSlab> slabs_;                    // of each body
   std::vector<std::array<std::size_t, 2>> bodies_;  // of each pair
   std::deque<PairSearch> searches_;

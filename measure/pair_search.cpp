@@ -485,6 +485,10 @@ bool PairSearch::mayBeNearest(std::size_t window) const {
   return options_.clearanceOverTime || apart_[window] <= nearest_.distance;
 }
 
+std::size_t PairSearch::nearestByBoxes() const {
+  return static_cast<std::size_t>(std::ranges::min_element(apart_) - apart_.begin());
+}
+
 void PairSearch::findClearance(std::size_t window) {
   const TimeSpan& span = windows_[window].span;
   if (!mayBeNearest(window)) {

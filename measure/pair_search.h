@@ -57,6 +57,8 @@ class PairSearch {
 
   /// Whether the distance is to be found, too.
   bool findsClearance() const;
+  /// The window in which the boxes of the solids are least apart.
+  std::size_t nearestByBoxes() const;
   /// Whether findClearance looks at the slabs of this window.
   bool mayBeNearest(std::size_t window) const;
   /// Call it for each window in order, with its slabs loaded if they may be nearest.
