@@ -40,18 +40,24 @@ void setSteps(Verdict& verdict, const ChordBound& a, const ChordBound& b, double
 Result<CollisionVerdict> verdictOn(const Collision& collision, const model::Source& a,
                                    const model::Source& b,
                                    const std::array<MotionBetweenLayers, 2>& motions) {
-  CollisionVerdict result;
-  if (!collision.common) return result;
+  if (!collision.common) return CollisionVerdict();
   const auto boundA = chordBound(a, *collision.common, motions[0]);
   if (!boundA) return boundA.error();
   const auto boundB = chordBound(b, *collision.common, motions[1]);
   if (!boundB) return boundB.error();
-  result.chordsA = *boundA;
-  result.chordsB = *boundB;
-  const ChordBound chordsA = boundA->value_or(ChordBound{});
-  const ChordBound chordsB = boundB->value_or(ChordBound{});
+  return verdictWith({*boundA, *boundB}, collision, a, b);
+}
+
+Result<CollisionVerdict> verdictWith(const ChordBounds& bounds, const Collision& collision,
+                                     const model::Source& a, const model::Source& b) {
+  CollisionVerdict result;
+  if (!collision.common) return result;
+  result.chordsA = bounds[0];
+  result.chordsB = bounds[1];
+  const ChordBound chordsA = bounds[0].value_or(ChordBound{});
+  const ChordBound chordsB = bounds[1].value_or(ChordBound{});
   const double bound = result.knownBound();
-  if (*boundA && *boundB) result.chordBound = bound;
+  if (bounds[0] && bounds[1]) result.chordBound = bound;
 
   const slice::TimeSlicer slicesOfA(a);
   const slice::TimeSlicer slicesOfB(b);

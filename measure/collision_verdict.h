@@ -72,4 +72,9 @@ Result<CollisionVerdict> verdictOn(const Collision& collision, const model::Sour
                                    const model::Source& b,
                                    const std::array<MotionBetweenLayers, 2>& motions = {});
 
+/// The same where the bounds of a and b in Collision::common are known: what chordBound says.
+using ChordBounds = std::array<std::optional<ChordBound>, 2>;
+Result<CollisionVerdict> verdictWith(const ChordBounds& bounds, const Collision& collision,
+                                     const model::Source& a, const model::Source& b);
+
 }  // namespace t4d::measure

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
+#include <tuple>
+#include <vector>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -10,6 +13,7 @@
 #include "formats/t4d/body_details.h"
 #include "measure/overlap.h"
 #include "model/amount_text.h"
+#include "model/parallel.h"
 #include "tools/verbs/csv_field.h"
 #include "tools/verbs/json_text.h"
 
@@ -190,10 +194,57 @@ std::vector<MendedOfFile> mendedIn(std::span<const Input> inputs,
   return mended;
 }
 
+/// How far the chords of each body are from its motion, which all of its pairs share that exist
+/// for the same time.
+class BodyBounds {
+ public:
+  /// Finds the bounds that these pairs need.
+  Result<void> find(std::span<const CollidedPair> pairs) {
+    std::vector<const measure::MotionBetweenLayers*> motions;
+    for (const CollidedPair& pair : pairs) {
+      if (!pair.collision.common) continue;
+      for (const int side : {0, 1}) {
+        if (!numbers_.emplace(keyOf(pair, side), motions.size()).second) continue;
+        motions.push_back(&pair.motions[static_cast<std::size_t>(side)]);
+      }
+    }
+    bounds_.resize(motions.size());
+    std::vector<const Key*> keys(motions.size());
+    for (const auto& [key, number] : numbers_) keys[number] = &key;
+    std::vector<Result<void>> done(motions.size());
+    model::forEach(motions.size(), [&](std::size_t i) {
+      const auto& [source, begin, end] = *keys[i];
+      auto bound = measure::chordBound(*source, {begin, end}, *motions[i]);
+      if (bound) bounds_[i] = *bound;
+      if (!bound) done[i] = bound.error();
+    });
+    for (const Result<void>& one : done) {
+      if (!one) return one;
+    }
+    return {};
+  }
+
+  measure::ChordBounds of(const CollidedPair& pair) const {
+    if (!pair.collision.common) return {};
+    return {bounds_[numbers_.at(keyOf(pair, 0))], bounds_[numbers_.at(keyOf(pair, 1))]};
+  }
+
+ private:
+  using Key = std::tuple<const model::Source*, double, double>;
+  static Key keyOf(const CollidedPair& pair, int side) {
+    const model::TimeSpan& span = *pair.collision.common;
+    return {side == 0 ? pair.a.source : pair.b.source, span.begin, span.end};
+  }
+
+  std::map<Key, std::size_t> numbers_;
+  std::vector<std::optional<measure::ChordBound>> bounds_;
+};
+
 /// All that is asked for of a pair whose contacts are known.
-Result<void> judgePair(CollidedPair& pair, const CollideOptions& options) {
+Result<void> judgePair(CollidedPair& pair, const measure::ChordBounds& bounds,
+                       const CollideOptions& options) {
   const auto judge = [&] {
-    return measure::verdictOn(pair.collision, *pair.a.source, *pair.b.source, pair.motions);
+    return measure::verdictWith(bounds, pair.collision, *pair.a.source, *pair.b.source);
   };
   auto verdict = judge();
   if (!verdict) return verdict.error();
@@ -300,9 +351,17 @@ Result<CollideReport> collide(std::span<const Input> inputs, const CollideOption
   if (!collisions) return inInput(collisions.error(), inputs.front());
   for (std::size_t i = 0; i < report.pairs.size(); ++i) {
     report.pairs[i].collision = std::move((*collisions)[i]);
-    if (auto done = judgePair(report.pairs[i], options); !done) {
-      return inInput(done.error(), inputs.front());
-    }
+  }
+  BodyBounds bounds;
+  if (auto found = bounds.find(report.pairs); !found) {
+    return inInput(found.error(), inputs.front());
+  }
+  std::vector<Result<void>> judged(report.pairs.size());
+  model::forEach(judged.size(), [&](std::size_t i) {
+    judged[i] = judgePair(report.pairs[i], bounds.of(report.pairs[i]), options);
+  });
+  for (const Result<void>& one : judged) {
+    if (!one) return inInput(one.error(), inputs.front());
   }
   return report;
 }
