@@ -115,7 +115,8 @@ class MeshChecker : public model::Sink {
 Result<MeshReport> checkMesh(const model::Source& source, CheckOptions options = {},
                              const model::Progress& progress = {});
 
-/// What a solid at one time is, in length units; exact but for rounding. Of nothing, all is 0.
+/// Measures of a solid at one time, in length units; exact except for rounding. All are 0 if there
+/// is no solid.
 struct SolidMeasures {
   double time = 0;
   double volume = 0;
@@ -123,7 +124,7 @@ struct SolidMeasures {
   model::Point3 centroid = model::Point3::Zero();
   std::uint64_t components = 0;  ///< connected surfaces that face outward
   std::uint64_t cavities = 0;    ///< those that face inward
-  /// Sum of those of all surfaces (generaOf): the number of handles.
+  /// The number of handles: the sum of the genera of all surfaces (generaOf).
   double genus = 0;
   model::Bounds3 bounds = {};  ///< empty() of nothing
 
@@ -131,21 +132,21 @@ struct SolidMeasures {
   void add(const SolidMeasures& other);
 };
 
-/// Of a closed triangle mesh that faces outward; `time` is 0.
+/// Measures a closed triangle mesh that faces outward; `time` is 0.
 SolidMeasures measuresOf(const model::TriangleMesh& mesh);
 
-/// Each body at each of `times`, which may be in any order; that of nothing when it does not exist.
-/// Several times are sliced at once, one on each thread, which has a slab in memory. Fails for a
-/// time before the first body or after the last, for a slice that is not closed, and if slicing
-/// does.
+/// Measures each body at each of `times`, which may be in any order; all is 0 when it does not
+/// exist. Several times are sliced at once, one on each thread, which has a slab in memory. Fails
+/// for a time before the first body or after the last, for a slice that is not closed, and if
+/// slicing does.
 Result<std::vector<std::vector<SolidMeasures>>> measuresOfEach(
     std::span<const model::Body> bodies, std::span<const double> times,
     const model::Progress& progress = {});
 
-/// The solids of several bodies at the same times as one (SolidMeasures::add).
+/// Adds up the measures of several bodies at the same times (SolidMeasures::add).
 std::vector<SolidMeasures> addedUp(std::span<const std::vector<SolidMeasures>> bodies);
 
-/// Both: the solid of all bodies that exist at each of `times`.
+/// Measures all bodies that exist at each of `times` as one solid: measuresOfEach, then addedUp.
 Result<std::vector<SolidMeasures>> measuresAt(std::span<const model::Body> bodies,
                                               std::span<const double> times,
                                               const model::Progress& progress = {});
@@ -179,8 +180,8 @@ inline constexpr std::array<QualityMeasure, 6> kQualityMeasures = {
      {"largest_angle", &CellQuality::largestAngle},
      {"height", &CellQuality::height}}};
 
-/// How many cells have which value of a measure. Values are counted in bins of 0.4 per cent, so the
-/// memory is that of the powers of two between them, for any number of cells.
+/// A histogram of the values of a measure over cells. Values are counted in bins of 0.4 per cent,
+/// so the memory is that of the powers of two between them, for any number of cells.
 class Distribution {
  public:
   Distribution();
@@ -194,19 +195,19 @@ class Distribution {
   double max() const { return max_; }  ///< exact; 0 without cells
   /// The value that the given fraction of the cells does not exceed, to 0.2 per cent.
   double quantile(double fraction) const;
-  /// How many values lie between consecutive ones of `edges`, which increase; to 0.2 per cent of
-  /// the value.
+  /// The number of values between consecutive `edges`, which increase; to 0.2 per cent of the
+  /// value.
   std::vector<std::uint64_t> histogram(const std::vector<double>& edges) const;
-  /// What is counted, to be put together again by `of`.
+  /// The counts of one bin; `of` makes a distribution from bins again.
   struct Bin {
     std::uint32_t number = 0;
     std::uint64_t count = 0;
   };
   std::vector<Bin> bins() const;
-  /// Nothing if there are no such bins.
+  /// Returns nothing if there are no such bins.
   static std::optional<Distribution> of(const std::vector<Bin>& bins, double min, double max);
 
-  /// Without what is 0 or infinite, each of the rest to 0.2 per cent.
+  /// The distribution of the values that are neither 0 nor infinite, each to 0.2 per cent.
   Distribution positiveAndFinite() const;
 
  private:
@@ -234,7 +235,8 @@ struct RankedCell {
 /// The shape of the cells of a 4D mesh.
 struct MeshQuality {
   double timeScale = 0;
-  /// Of kQualityMeasures: cells of slabs that last, and of caps.
+  /// The distribution of each measure in kQualityMeasures over the cells of slabs that last, and
+  /// over those of caps.
   std::array<Distribution, kQualityMeasures.size()> sides;
   std::array<Distribution, kQualityMeasures.size()> caps;
   std::uint64_t flat = 0;         ///< cells without volume
@@ -405,8 +407,8 @@ Result<std::vector<SliceComparison>> compareAt(std::span<const model::Body> a,
 std::vector<double> timesAmidSteps(std::span<const model::Body> bodies, const model::TimeSpan& span,
                                    std::uint64_t count);
 
-/// How many of `times` fall within some body, and on a layer or an end of every body that exists
-/// then. If all do, the comparison says nothing about the time between layers.
+/// The number of `times` that fall within some body, and on a layer or an end of every body that
+/// exists then. If all do, the comparison says nothing about the time between layers.
 std::size_t timesOnLayers(std::span<const model::Body> bodies, std::span<const double> times);
 
 }  // namespace t4d::measure
@@ -444,7 +446,7 @@ enum class TrackEventKind : std::uint8_t {
   CavitiesMerge,   ///< there are `count` less
 };
 
-/// What happens to components at one time and place.
+/// An event: a change of components at one time and place.
 struct TrackEvent {
   double time = 0;
   TrackEventKind kind = TrackEventKind::Appears;
@@ -452,15 +454,16 @@ struct TrackEvent {
   model::Point3 place = model::Point3::Zero();
   std::vector<std::uint32_t> before = {};  ///< tracks that take part, as they were before
   std::vector<std::uint32_t> after = {};
-  /// Holes or cavities; of other kinds the difference of the numbers of tracks.
+  /// The number of holes or cavities; for other kinds, the difference of the numbers of tracks.
   std::uint64_t count = 0;
-  /// What the event adds to the Euler number of the slice.
+  /// The change of the Euler number of the slice.
   std::int64_t euler = 0;
 };
 
 struct TrackSample {
   SolidMeasures measures;
-  /// The distance from the centroid of the sample before, by the time since; none of the first.
+  /// The distance from the centroid of the previous sample, divided by the time between them; the
+  /// first sample has none.
   std::optional<double> speed = {};
 };
 
@@ -470,7 +473,7 @@ struct Track {
   bool beginsWithMesh = false;
   bool endsWithMesh = false;
   bool beginsBefore = false;             ///< in a part of a mesh: it exists before the part
-  bool endsAfter = false;                ///< and here: after it
+  bool endsAfter = false;                ///< in a part of a mesh: it exists after the part
   bool cavity = false;                   ///< a surface that faces inward, if surfaces are tracked
   std::vector<std::uint32_t> from = {};  ///< tracks that it came out of
   std::vector<std::uint32_t> into = {};
@@ -480,11 +483,12 @@ struct Track {
 };
 
 struct TrackOptions {
-  /// At which tracks are measured, in any order.
+  /// The times at which tracks are measured, in any order.
   std::vector<double> times = {};
   /// Whether they are measured at all layers, too.
   bool layers = true;
-  /// Tracks every surface for itself, those of cavities, too, instead of components of the solid.
+  /// Tracks every surface for itself, including those of cavities, instead of components of the
+  /// solid.
   bool surfaces = false;
   /// A track that is smaller, or shorter, is left out where the others around it can go on without
   /// it (prune).

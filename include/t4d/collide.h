@@ -20,7 +20,8 @@ struct CellNumber {
 struct Contact {
   double time = 0;
   model::Point3 point = model::Point3::Zero();
-  /// The cells that meet there. Where one solid appears inside the other, only its own.
+  /// The cells that meet there. Where one solid appears inside the other, only its own cell is
+  /// given.
   std::optional<CellNumber> a;
   std::optional<CellNumber> b;
 };

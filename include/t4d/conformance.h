@@ -76,7 +76,7 @@ struct BoundsExpectation {
   std::string reason;
 };
 
-/// When the solid first touches another one.
+/// The first contact of the solid with another one.
 struct ContactExpectation {
   std::shared_ptr<const model::Source> obstacle;
   Measure time;
@@ -93,8 +93,8 @@ struct EventExpectation {
 /// The components of the solid over time (measure::tracksOf).
 struct TracksExpectation {
   std::uint64_t tracks = 0;  ///< number of components, from birth to death
-  /// In the order of time. If there are any, events of other kinds are not checked: where a wall is
-  /// thinner than a voxel, holes may open and close.
+  /// Events in the order of time. If there are any, other kinds of events are not checked: where a
+  /// wall is thinner than a voxel, holes may open and close.
   std::vector<EventExpectation> events;
 };
 
@@ -202,9 +202,10 @@ struct Obstacle {
   bool canGiveWay = false;  ///< whether edit::resolve can move the swept solid out of the way
 };
 
-/// How voxel4d runs a case.
+/// The way in which voxel4d runs a case.
 struct VoxelPlan {
-  /// Descending, in length units; each half of the one before. Empty: not a voxel case.
+  /// Sizes of voxels in length units, each half of the one before. Empty if voxel4d does not run
+  /// the case.
   std::vector<double> voxelSizes;
   /// Store the lattice points inside instead of distances, with one frame per unit of time and a
   /// single voxel size.
@@ -231,7 +232,7 @@ struct Milling;
 struct Case {
   std::string id;
   std::string description;
-  /// What moves: exactly one of these two is set.
+  /// The moving solid: exactly one of these two is set.
   std::optional<MovingMesh> mesh;
   std::optional<fixtures::Field> field;
   /// Surface of the field at a time; an upper bound if there is no single formula.
@@ -342,7 +343,7 @@ struct Level {
   std::optional<double> sliceError;        ///< the root mean square of this over slices
 };
 
-/// How fast errors fall with the voxel size.
+/// Orders of convergence: the powers of the voxel size with which errors fall.
 struct Orders {
   std::optional<double> hypervolume;
   std::optional<double> slices;

@@ -57,7 +57,7 @@ struct SurfaceChange {
 /// The word for a kind in JSON.
 const char* nameOf(SurfaceFault kind);
 
-/// What the input had outside of the mended solid: fins, sheets, parts that were inside out.
+/// The parts of the input outside of the mended solid: fins, sheets, parts that were inside out.
 struct LostSurface {
   std::uint64_t triangles = 0;  ///< of the input that reach out of the solid
   double distance = 0;          ///< how far they do, in length units
@@ -137,7 +137,7 @@ struct SimplifyOptions {
   model::Part part = {};
 };
 
-/// For a part, the numbers are those of its slabs only.
+/// The numbers of a part are those of its slabs only.
 struct SimplifyReport {
   std::array<std::size_t, 2> slabs = {};  ///< first slab of the source, and one past the last
   std::uint64_t cellsBefore = 0;
@@ -237,7 +237,8 @@ struct RunEnd {
   double time = 0;
   bool begin = false;           ///< the run begins here; otherwise it ends here
   std::uint64_t triangles = 0;  ///< facets closed
-  /// Of the cap: one for each facet, or four where a part of the surface touches itself.
+  /// The number of cells of the cap: one for each facet, or four where a part of the surface
+  /// touches itself.
   std::uint64_t cells = 0;
   /// Why the facets could not be closed; the mesh stays open here.
   std::optional<std::string> open;
@@ -255,7 +256,7 @@ struct RunEnd {
 /// The open facets of a mesh that is closed elsewhere form a closed surface, the slice at that
 /// time, so the cone closes the mesh. It encloses nothing: the hypervolume and the slices of the
 /// given slabs stay exact. A part that touches itself at a vertex has a layer of prisms before its
-/// cone, so that the vertex has a cap on each side. In the gap the mesh is empty. As with any cone,
+/// cone, so that the vertex has a cap on each side. The mesh is empty in the gap. As with any cone,
 /// cells may overlap within the cap.
 ///
 /// Two slabs are consecutive if the upper layer of one equals the lower layer of the next (-0
@@ -294,7 +295,7 @@ struct Mend4dOptions {
 struct Mend4dReport {
   bool closed = false;    ///< every triangle has exactly two tetrahedra
   bool oriented = false;  ///< the two are on opposite sides
-  /// What was changed, and what is still wrong, one sentence each.
+  /// Changes that were made and faults that remain, one sentence each.
   std::vector<std::string> changes;
 };
 

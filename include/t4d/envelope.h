@@ -1,6 +1,6 @@
 #pragma once
 
-/// Where a moving solid has been.
+/// The envelope of a moving solid: all points where it has been.
 
 #include <cstdint>
 #include <memory>
@@ -37,8 +37,8 @@ struct Silhouette {
   double visitsVolume = 0;
   /// The hypervolume: the integral over space of the time that each point is covered.
   double hypervolume = 0;
-  /// The hypervolume computed as the flux of (x, y, z, 0) / 3 through all cells, as a check. Not
-  /// meaningful for a slab alone.
+  /// The hypervolume computed as the flux of (x, y, z, 0) / 3 through all cells, as a check. It is
+  /// not meaningful for a slab alone.
   double hypervolumeByFlux = 0;
   std::uint64_t exits = 0;
   std::uint64_t entries = 0;
@@ -105,7 +105,7 @@ struct EnvelopeOptions {
   double voxelSize = 0;
   /// Make an envelope that contains every place no farther than this from where the solid has been,
   /// in length units: with the bound of chords (measure/chord_bound.h), every place of the true
-  /// motion. Not with `exact`.
+  /// motion. It excludes `exact`.
   std::optional<double> reach = {};
   /// The most memory to use.
   double maxBytes = 4e9;
@@ -129,7 +129,8 @@ struct Envelope {
   std::uint64_t components = 0;  ///< connected parts of the solid
   std::uint64_t cavities = 0;
   double genus = 0;  ///< sum of those of all connected surfaces
-  /// Nothing in a build without CGAL, which does not look for them.
+  /// The number of self-intersections; nothing in a build without CGAL, which does not look for
+  /// them.
   std::optional<std::uint64_t> selfIntersections = {};
   std::vector<std::string> losses = {};  ///< what is missing, or may be, each a sentence
 };
@@ -152,7 +153,7 @@ double defaultVoxelSize(const measure::Silhouette& silhouette, const EnvelopeOpt
 /// cross, the cubes there are made plain.
 ///
 /// With a reach it is an OffsetSurface of the lattice (measure/offset_surface.h), with the rounding
-/// of coordinates added to the reach. What is thin is in it, too.
+/// of coordinates added to the reach. It includes thin places.
 ///
 /// The exact one is the outer surface (outer_surface.h), with its vertices rounded and what touches
 /// itself moved apart.
@@ -167,7 +168,7 @@ Result<Envelope> envelopeOf(const measure::Silhouette& silhouette, const Envelop
 /// Sets the volume, the genus and the numbers of components and cavities to those of the mesh.
 void measureParts(Envelope& envelope);
 
-/// How far places computed from a surface are off by rounding, at most.
+/// The largest rounding error of positions that are computed from a surface.
 double roundingOfComputing(const model::TriangleMesh& surface);
 
 /// Adds one silhouette to another: visits of both.

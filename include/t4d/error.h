@@ -1,6 +1,6 @@
 #pragma once
 
-/// What functions that can fail return.
+/// Results and errors of functions that can fail.
 
 #include <cstddef>
 #include <cstdint>
@@ -67,12 +67,13 @@ enum class Remedy : std::uint8_t {
   GiveMotion,          ///< give a motion: the file has none
 };
 
-/// Where an error is. Members are empty where the caller knows them, or where they do not apply.
+/// The place of an error. Members are empty where the caller knows them, or where they do not
+/// apply.
 struct Place {
   std::string file;        ///< as it was named: a path, a URL, or the name of an input
   std::uint64_t line = 0;  ///< of the file, from 1; 0 if there is none
-  /// Of the file or of the mesh: `slab 3`, `byte 84`, `bodies[2].joint`; or the place in an inner
-  /// file that the file names.
+  /// The place in the file or the mesh: `slab 3`, `byte 84`, `bodies[2].joint`; or the place in an
+  /// inner file that the file names.
   std::string part;
   std::optional<std::uint64_t> key;  ///< of a motion, from 0, where `part` names it
 
@@ -107,13 +108,13 @@ struct Place {
 /// Every public function that can fail returns one of these instead of throwing.
 struct Error {
   ErrorCode code = ErrorCode::Failed;
-  /// What was found, what was expected, and what to do.
+  /// States what was found, what was expected, and what to do.
   std::string message = {};
   Place where = {};
   /// Byte offset in the file, if there is one.
   std::optional<std::uint64_t> offset = {};
   Remedy remedy = Remedy::None;
-  /// What else is wrong, found in the same run: errors of other bodies or files.
+  /// Other errors found in the same run: those of other bodies or files.
   std::vector<Error> others = {};
 
   /// `where: message`, on one line.

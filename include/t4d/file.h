@@ -23,7 +23,7 @@ struct Grid {
   double step = 1;  ///< positive and finite
 
   double coordinate(int axis, std::int32_t number) const;
-  /// Of the nearest coordinate; empty if it is out of range.
+  /// The number of the nearest coordinate; empty if it is out of range.
   std::optional<std::int32_t> number(int axis, double coordinate) const;
   /// The nearest point, whose numbers must be in range.
   model::Point3 nearest(const model::Point3& point) const;
@@ -46,7 +46,7 @@ struct BodySummary {
   model::Bounds3 bounds;  ///< of all vertices
 };
 
-/// What HEAD says of a body.
+/// Data about a body in HEAD.
 struct BodyInfo {
   std::string name = {};  ///< checkName accepts it
   std::vector<double> color =
@@ -71,10 +71,9 @@ struct Metadata {
   /// A JSON object of the members that are not known. Written as they were read; members of the
   /// same name in this struct come first.
   std::string otherJson = "{}";
-  /// What a reader must support to read the slabs. Set by readers; writers name the features they
-  /// use.
+  /// The features that a reader must support. Set by readers; writers name the features they use.
   std::vector<std::string> features = {};
-  /// What positions of whole numbers mean. Set by readers.
+  /// The grid that integer positions refer to. Set by readers.
   std::optional<Grid> grid = {};
 };
 
@@ -84,7 +83,7 @@ enum class T4dOpen : std::uint8_t {
   /// The file must be complete. If it has an index, only footer and index are read; otherwise the
   /// file is read through from the front.
   Whole,
-  /// As Whole, but every byte is read and checked: the checksums and the order of all chunks, and
+  /// Like Whole, but every byte is read and checked: the checksums and the order of all chunks, and
   /// that index and footer agree with them.
   Checked,
   /// Read from the front, ignoring the footer, up to the first damage. Everything before it can be
@@ -112,16 +111,16 @@ struct T4dChunks {
   std::uint64_t bytes = 0;  ///< with headers and padding
 };
 
-/// What a slab contains.
+/// The contents of a slab, without its mesh.
 struct T4dSlab {
   model::TimeSpan time;
   std::uint64_t cells = 0;
   model::Bounds3 bounds;  ///< of all its vertices
 };
 
-/// From now on T4dReader::open takes URLs, too, which it reads with libcurl. Of t4d::formats, and
-/// not of t4d::file, so that who reads files only does not link libcurl; does nothing in a build
-/// without it. Call it once, before anything is opened.
+/// From now on T4dReader::open takes URLs, too, which it reads with libcurl. It is in t4d::formats,
+/// not in t4d::file, so that a program that reads files only does not link libcurl. It does nothing
+/// in a build without libcurl. Call it once, before anything is opened.
 void readUrls();
 
 /// Reads a .t4d file slab by slab, with one or two slabs in memory. Every number from the file is
@@ -145,8 +144,8 @@ class T4dReader {
   /// those that are asked for. A part is compared with the manifest when it is opened, by its size
   /// and its footer; with Checked, all of them are read and their SHA-256 compared as well.
   ///
-  /// Fails for a file with more than `maxCells` cells, which is usualCellLimit if not given. With
-  /// FromFront they are not counted.
+  /// Fails for a file with more than `maxCells` cells, which is usualCellLimit if not given.
+  /// FromFront does not count them.
   static Result<T4dReader> open(const std::filesystem::path& pathOrUrl,
                                 T4dOpen how = T4dOpen::Whole, const model::Progress& progress = {},
                                 std::optional<std::uint64_t> maxCells = {});
@@ -158,7 +157,7 @@ class T4dReader {
   T4dVersion version() const;
   const Metadata& metadata() const;
   bool indexed() const;
-  /// For messages: the path, or the URL without credentials.
+  /// The name for messages: the path, or the URL without credentials.
   const std::string& name() const;
   std::uint64_t fileBytes() const;
   /// Differs for different files, as surely as a checksum of 32 bits can; 0 without an index.
@@ -167,15 +166,15 @@ class T4dReader {
   std::uint64_t bytesRead() const;
   /// Requests made to a web server so far; 0 for a local file.
   std::uint64_t requests() const;
-  /// By type, in the order in which the types appear.
+  /// The chunks of the file by type, in the order in which the types appear.
   const std::vector<T4dChunks>& chunks() const;
 
   /// The chunks that this version does not know, for T4dWriter::keep; valid as long as the reader.
   const OptionalChunks& optionalChunks() const;
 
   std::size_t bodyCount() const;
-  /// The summary of a body as stored, without reading its slabs. For a damaged file, that of the
-  /// slabs found.
+  /// The summary of a body as stored, without reading its slabs. That of a damaged file covers the
+  /// slabs that were found.
   const BodySummary& summary(std::size_t body) const;
   /// The slabs of a body; valid as long as the reader.
   const model::Source& body(std::size_t index) const;
@@ -185,10 +184,10 @@ class T4dReader {
   /// The offset of a slab's chunk in the file, or in the part that has it.
   std::uint64_t slabOffset(std::size_t body, std::size_t slab) const;
 
-  /// As the index has it; without an index the slab is read.
+  /// The contents of a slab from the index; without an index the slab is read.
   Result<T4dSlab> slabContents(std::size_t body, std::size_t slab) const;
 
-  /// With FromFront: why reading stopped before the end of the file.
+  /// The reason why reading stopped before the end of the file; only with FromFront.
   const std::optional<Error>& damage() const;
 
  private:
@@ -323,11 +322,11 @@ struct Mesh4d {
 /// A 4D mesh as read from a file, neither checked nor mended (edit::mendMesh4d does both).
 struct LoadedMesh4d {
   std::vector<Mesh4d> bodies;  ///< at least one, each with cells
-  /// How the file uses its format, if there are several ways: "Stella", "ASCII", ...
+  /// The way in which the file uses its format, if there are several: "Stella", "ASCII", ...
   std::string dialect = {};
-  /// What was changed while reading, a sentence each: dropped cells, unused vertices, ...
+  /// Changes made while reading, a sentence each: dropped cells, unused vertices, ...
   std::vector<std::string> notices = {};
-  /// What the file holds and the mesh does not, a sentence each.
+  /// Contents of the file that the mesh does not have, a sentence each.
   std::vector<std::string> losses = {};
   /// Files that were read besides the one named.
   std::vector<std::filesystem::path> otherFiles = {};

@@ -164,8 +164,8 @@ class FrameSource {
   virtual Result<Frame> frame(std::size_t index) = 0;
 };
 
-/// Whole numbers from `begin` up to, but not including, `end`. Without one of them, all there are
-/// on that side.
+/// Whole numbers from `begin` up to, but not including, `end`. Without one of them, the range is
+/// open on that side.
 struct IndexRange {
   std::optional<std::int64_t> begin = {};
   std::optional<std::int64_t> end = {};
@@ -252,7 +252,7 @@ Result<std::unique_ptr<FrameSource>> fieldFrames(std::vector<double> times,
 inline constexpr const char* kTimeMetadata = "t4d_time";
 
 struct VdbFramesOptions {
-  /// For densities: values above this are inside. Without it, values below zero are (level sets).
+  /// Values above this are inside (densities). Without it, values below zero are (level sets).
   std::optional<double> iso = {};
   bool below = false;  ///< with `iso`: values below it are inside, not above
   /// Time between two frames; overrides the times in the metadata. Where no grid has one, it is 1.
@@ -269,7 +269,7 @@ struct VdbFramesOptions {
   /// `substeps` - 1 more frames between every two (advected_frames.h).
   std::string velocity = {};
   std::uint32_t substeps = 1;
-  /// From how many bytes of values on a frame has them in a temporary file.
+  /// Frames with at least this many bytes of values keep them in a temporary file.
   std::size_t largeFrame = kLargeFrame;
 };
 
@@ -304,7 +304,7 @@ struct VolumeOptions {
   std::optional<double> iso = {};
   bool below = false;  ///< with `iso`: samples below it are inside, not above
   /// Samples of this value are no data and lie outside, like everything beyond the samples. NaN
-  /// stands for all samples that are not numbers. Not with `label` and not for bools.
+  /// stands for all samples that are not numbers. Not allowed with `label` or for bools.
   std::optional<double> outside = {};
   /// Samples of exactly this value are inside; their surface lies at the midpoints.
   std::optional<std::int64_t> label = {};
@@ -324,7 +324,7 @@ struct VolumeOptions {
   /// Whether samples are values, such as velocities, that say nothing of what is inside: numbers of
   /// any type and sign.
   bool valuesAlone = false;
-  /// What the file `-` is (volumes/frame_stream.h); null: standard input, which is read once.
+  /// The source of the file `-` (volumes/frame_stream.h); null: standard input, which is read once.
   std::shared_ptr<InputBytes> input = {};
   std::string raw = {};  ///< what a .raw file without a header holds: "raw float32 64 64 64 10"
 };

@@ -49,7 +49,8 @@ struct Bounds {
 using Bounds3 = Bounds<3>;
 using Bounds4 = Bounds<4>;
 
-/// In place of the number of a vertex, triangle or cell, or another number given in memory: none.
+/// No number: stands in place of the number of a vertex, triangle or cell, or of another number
+/// given in memory.
 inline constexpr std::uint32_t kNoIndex = ~std::uint32_t{0};
 
 }  // namespace t4d::model
@@ -81,7 +82,7 @@ std::vector<double> steppedTimes(double begin, double step, std::uint64_t count)
 /// `count` times evenly spaced from `begin` to `end`, both included; `begin` alone for one.
 std::vector<double> evenTimes(const TimeSpan& span, std::uint64_t count);
 
-/// Times within this distance are considered equal. In units in the last place of the largest
+/// Times within this distance are considered equal. It is in units in the last place of the largest
 /// magnitude among the time and both ends of the mesh. Sums of rounded steps are off by one or two.
 inline constexpr int kSameTimeUlps = 4;
 
@@ -132,7 +133,8 @@ enum class ScalarType : std::uint8_t {
 /// Bytes of one scalar; 0 for a value that is not a ScalarType.
 std::size_t scalarSize(ScalarType type);
 
-/// What each row belongs to. A cell is a tetrahedron of a 4D mesh, or a triangle of a slice.
+/// The elements that rows of an attribute belong to. A cell is a tetrahedron of a 4D mesh, or a
+/// triangle of a slice.
 enum class Domain : std::uint8_t { Vertex = 1, Cell = 2 };
 
 /// A named array of numbers with one row per vertex or per cell.
@@ -339,8 +341,8 @@ struct Slab {
   /// Attributes of this slab alone, per vertex or per cell. Slabs that share a layer have the same
   /// values there, and setMeans computes those of means.
   std::vector<Attribute> attributes = {};
-  /// How the upper layer was made, if known. Only a hint: if the two differ, the vertices are
-  /// right.
+  /// The pose that made the upper layer, if known. It is only a hint: if the two differ, the
+  /// vertices are right.
   std::shared_ptr<const LayerPose> upperPose = nullptr;
 
   std::span<const Point4> lowerLayer() const {
@@ -380,7 +382,7 @@ class Sink {
   virtual ~Sink() = default;
   virtual Result<void> put(const Slab& slab) = 0;
 
-  /// What a sink computes from a slab alone, without earlier slabs.
+  /// The part of a sink's work that needs a slab alone, without earlier slabs.
   struct Prepared {
     virtual ~Prepared() = default;
   };
@@ -473,7 +475,7 @@ struct Body {
   const Source* source = nullptr;
 };
 
-/// From the first time of any body to the last; {0, 0} if no body has a slab.
+/// The span from the first time of any body to the last; {0, 0} if no body has a slab.
 TimeSpan timeSpanOf(std::span<const Body> bodies);
 
 /// Numbers from `begin` up to, not including, `end`.

@@ -1,6 +1,6 @@
 #pragma once
 
-/// How a solid moves: rigidly, by screws, or by the positions of its vertices at keys.
+/// Motions of a solid: rigidly, by screws, or by the positions of its vertices at keys.
 
 #include <algorithm>
 #include <cstddef>
@@ -183,9 +183,10 @@ class FunctionKeys : public VertexKeys {
 
 namespace t4d::formats {
 
-/// What the names of the columns of a table of poses may leave open.
+/// Properties of a table of poses that the names of its columns may leave open.
 struct MotionTableOptions {
-  /// What the angles are: "rpy:deg", "rpy:rad", "rotvec:deg" or "rotvec:rad"; "" if names say it.
+  /// The kind and unit of angles: "rpy:deg", "rpy:rad", "rotvec:deg" or "rotvec:rad"; "" if names
+  /// say it.
   std::string angles = {};
   /// The order of the four numbers of a quaternion: "xyzw" or "wxyz"; "" if names say it.
   std::string quaternion = {};

@@ -56,7 +56,7 @@ Result<void> checkHyperplane(const Hyperplane& hyperplane);
 /// multiplied by a power of two, which is exact. Unchanged if checkHyperplane refuses it.
 Hyperplane scaledHyperplane(const Hyperplane& hyperplane);
 
-/// How the surface of a slice at a time moves, in length units per time unit.
+/// The motion of the surface of a slice at a time, in length units per time unit.
 struct SurfaceMotion {
   /// The speed of each triangle along its normal, positive outward. A cell with the outward normal
   /// (n, n_t) in space-time moves with -n_t / |n|.
@@ -146,7 +146,7 @@ Result<Slice> sliceAtTime(const model::Source& source, double time);
 Result<Slice> slice(const model::Source& source, const Hyperplane& hyperplane,
                     const model::Progress& progress = {});
 
-/// Which triangles represent the solid at a time between two layers.
+/// The triangles that represent the solid at a time between two layers.
 enum class SliceDetail : std::uint8_t {
   Exact,  ///< those cut by marching tetrahedra: 13 for each triangle of a swept solid
   Light,  ///< those of the layers, interpolated between their two positions

@@ -49,19 +49,19 @@ struct NormalStyle {
   double creaseDegrees = 180;
 };
 
-/// How the points and faces of a file became a mesh: other places of the same points can take their
-/// part.
+/// The origins of a mesh in the points and faces of a file: other places of the same points can
+/// take their part.
 struct FilePoints {
   static constexpr std::uint32_t kUnused = ~std::uint32_t{0};
   /// For each point of the file, in its order, the vertex that it became; kUnused if no triangle
   /// uses it.
   std::vector<std::uint32_t> vertexOf = {};
   std::uint64_t faceCount = 0;
-  /// Of the corners of all faces, in their order, by the numbers of points.
+  /// A hash of the corners of all faces, in their order, by the numbers of points.
   std::uint64_t faceHash = 0;
 };
 
-/// What is read of a file besides its shape.
+/// The contents of a file that are read besides its shape.
 enum class Keep : std::uint8_t {
   Shape,  ///< nothing
   /// What it says of its surface, as attributes of vertices or, where the corners at one vertex
@@ -80,9 +80,9 @@ struct LoadedMesh {
   /// What was changed while reading, a sentence each: dropped triangles, unused vertices, ...; of
   /// attributes that are kept, what had to be filled in, and what was left out.
   std::vector<std::string> notices;
-  /// What the file holds and the mesh does not, a sentence each. Only glTF and VTK files have
-  /// losses; what the other formats say of the look of a surface (normals, texture coordinates,
-  /// colours, materials) is skipped without one.
+  /// Contents of the file that the mesh does not have, a sentence each. Only glTF and VTK files
+  /// have losses; other formats' normals, texture coordinates, colours and materials are skipped
+  /// without one.
   std::vector<std::string> losses = {};
   /// Files that were read besides the one named: the buffers of a .gltf.
   std::vector<std::filesystem::path> otherFiles = {};
@@ -123,7 +123,7 @@ struct NamedMesh {
   bool ownCorners = false;
 };
 
-/// From the mesh's units and axes to those of glTF: metres, y up, right-handed. It becomes the
+/// Maps the mesh's units and axes to those of glTF: metres, y up, right-handed. It becomes the
 /// transform of one root node, above all others, and is stated in that node's `extras`; coordinates
 /// are written as they are.
 struct GltfPlacement {
@@ -136,13 +136,13 @@ struct GltfPlacement {
 /// further than half a step from its place, up to the rounding of who reads it.
 struct Quantization {
   int bits = 16;  ///< from 1 to 16
-  /// Of all vertices that are written: those of all frames share one grid.
+  /// The bounds of all vertices that are written: all frames share one grid.
   model::Bounds3 bounds = {};
 
   double step() const;
 };
 
-/// How glTF holds its numbers.
+/// The encoding of numbers in glTF.
 struct GltfEncoding {
   /// KHR_mesh_quantization: positions as 16-bit integers, normals as 8-bit ones.
   std::optional<Quantization> quantization = {};
@@ -151,12 +151,12 @@ struct GltfEncoding {
   /// FlipbookWriter shows frames by KHR_node_visibility and KHR_animation_pointer, and not by their
   /// scales. Both are marked as required: a viewer without them would show all frames at once.
   bool visibility = false;
-  /// Of a .glb, whose length is a 32-bit number. A .gltf has at most 1.5 GiB of numbers, or the
-  /// document would be too large for readers.
+  /// The maximum size of a .glb, whose length is a 32-bit number. A .gltf has at most 1.5 GiB of
+  /// numbers, or the document would be too large for readers.
   std::uint64_t maxBytes = 0xffffffff;
 };
 
-/// How USD is written.
+/// The encoding of USD.
 struct UsdEncoding {
   /// Readers of text take many times as much memory as a file has bytes.
   std::uint64_t maxBytes = std::uint64_t{1} << 30U;
@@ -176,11 +176,11 @@ struct MeshWriteOptions {
   /// Names that the attribute `material` of triangles numbers (LoadedMesh::materials), for formats
   /// that have materials: glTF and .obj.
   std::vector<std::string> materials = {};
-  /// For formats with units and axes of their own: glTF and USD.
+  /// The units and axes in glTF and USD, which have their own.
   GltfPlacement placement = {};
   /// Subtracted from all coordinates before they are written: float32 is coarse far from 0.
   model::Point3 center = model::Point3::Zero();
-  /// Where the origin of the given coordinates lies, if they were moved before.
+  /// The position of the origin of the given coordinates, if they were moved before.
   model::Point3 origin = model::Point3::Zero();
   /// The time of the solid, for formats that have a place for it: .vtp.
   std::optional<double> time = {};

@@ -37,7 +37,7 @@ using StepRule = std::variant<MinVolumeRatio, StepsPerSegment, MaxDeviation>;
 /// The maximum number of steps of a motion, if no other is given.
 inline constexpr std::uint64_t kMaxSteps = 100'000'000;
 
-/// How the prism that a triangle sweeps in one step is divided into cells.
+/// The division into cells of the prism that a triangle sweeps in one step.
 enum class PrismSplit : std::uint8_t {
   Fourteen,  ///< the paper's symmetric division (section 4.1, fig. 6), with four new vertices
   Three,     ///< the fewest cells, no new vertices; slices between layers depend on vertex numbers
@@ -66,7 +66,7 @@ struct Fold {
   model::Point3 place;         ///< the middle of the first one
 };
 
-/// Where the surface crosses itself within one step.
+/// A crossing of the surface with itself within one step.
 struct StepCrossing {
   model::TimeSpan time;     ///< of the step
   std::uint64_t pairs = 0;  ///< pairs of triangles that meet at some time of the step

@@ -8,7 +8,7 @@
 
 namespace t4d {
 
-/// The same as one number that grows with the version: 300 for 0.3.0, 10203 for 1.2.3.
+/// The version as one number that grows with the version: 300 for 0.3.0, 10203 for 1.2.3.
 inline constexpr int kVersion =
     T4D_VERSION_MAJOR * 10'000 + T4D_VERSION_MINOR * 100 + T4D_VERSION_PATCH;
 

@@ -35,7 +35,7 @@ struct LostParts {
   std::uint64_t count = 0;
   std::vector<LostPart> listed = {};  ///< the first, in the order of frames, in a frame the largest
 
-  /// Adds those of another body.
+  /// Adds the lost parts of another body.
   void add(const LostParts& other) {
     count += other.count;
     const std::size_t room = kMostListed - listed.size();
@@ -45,11 +45,13 @@ struct LostParts {
   }
 };
 
-/// How the mesh is closed before the first frame and after the last, where everything is outside.
+/// The way in which the mesh is closed before the first frame and after the last, where everything
+/// is outside.
 enum class CapStyle : std::uint8_t {
-  /// With cells exactly at the first and the last time: the mesh lasts as long as the frames.
+  /// The caps have cells exactly at the first and the last time: the mesh lasts as long as the
+  /// frames.
   Flat,
-  /// As published: the surface closes half a step before the first frame and after the last.
+  /// The surface closes half a step before the first frame and after the last, as published.
   HalfStep,
   /// Like Flat, with cells that grow inwards (graded_cap.h): far fewer, for the same solid.
   Graded,
@@ -58,10 +60,10 @@ enum class CapStyle : std::uint8_t {
 /// When a point that changes sides between two frames does so, where nothing tells how far from the
 /// surface it is: in masks, labels, and samples of two values.
 enum class Between : std::uint8_t {
-  /// By its distances from the faces between voxels inside and outside of both frames, so that the
-  /// surface moves evenly from frame to frame (mask_distance.h).
+  /// The change depends on the distances from the faces between voxels inside and outside of both
+  /// frames, so that the surface moves evenly from frame to frame (mask_distance.h).
   Distance,
-  /// In the middle between the frames, as published: everything jumps there.
+  /// The change is in the middle between the frames, as published: everything jumps there.
   Midpoint,
 };
 
@@ -70,7 +72,7 @@ struct WeaveOptions {
   Between between = Between::Distance;
   /// Maps positions of the lattice to space. It may turn, skew and mirror; the mesh stays outward.
   std::optional<model::Affine3x4> toSpace = {};
-  /// From how many bytes of values on a frame keeps them in a temporary file.
+  /// Frames with at least this many bytes of values keep them in a temporary file.
   std::size_t largeFrame = kLargeFrame;
   /// A share of the steps from frame to frame: only their frames are read. The first part has the
   /// cap of the first frame, the last that of the last; where two parts meet, both have the layer
@@ -114,7 +116,7 @@ using SolidAtTime = std::function<Result<model::TriangleMesh>(double time)>;
 SolidAtTime movingSolid(model::TriangleMesh mesh, model::Motion motion);
 
 struct VoxelizeOptions {
-  /// In length units. Lattice points are its multiples, so the origin is one of them.
+  /// The edge length of a voxel. Lattice points are its multiples, so the origin is one of them.
   double voxelSize = 1;
   /// Store only which points are strictly inside (see occupancy.h), instead of the distance from
   /// the surface in a band of three voxels on either side.
