@@ -8,7 +8,7 @@
 namespace t4d::model {
 namespace {
 
-/// Of one slab without cells.
+/// A mesh of one slab without cells.
 Mesh meshOver(double begin, double end) {
   Slab slab;
   slab.timeBegin = begin;

@@ -14,7 +14,7 @@ __extension__ using UInt128 = unsigned __int128;
 constexpr int kDigitBits = 32;
 constexpr std::int64_t kDigitMask = (std::int64_t{1} << kDigitBits) - 1;
 
-/// Of a finite double: value = mantissa * 2^exponent.
+/// The parts of a finite double: value = mantissa * 2^exponent.
 struct Parts {
   std::uint64_t mantissa;
   int exponent;

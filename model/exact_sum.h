@@ -53,7 +53,7 @@ class ExactSum {
   void carry();
 
   // Digits of 32 bits, the lowest first. Each has room for the sum of 2^30 digits. The lowest bit
-  // is that of the product of four times the smallest double.
+  // is that of the fourth power of the smallest double.
   static constexpr int kLowestExponent = 4 * -1074;
   static constexpr std::size_t kDigits = (4 * (1074 + 1024) + 64) / 32 + 2;
   std::array<std::int64_t, kDigits> digits_{};
@@ -63,7 +63,7 @@ class ExactSum {
   bool finite_ = true;
 };
 
-/// What products below the range of doubles can take from a sum of them, at most.
+/// The largest error of a sum of products below the range of doubles.
 inline constexpr double kVanished = 1e-290;
 
 /// Whether a sum of products in doubles is precise enough to do without an exact one: whether

@@ -29,7 +29,7 @@ Connectivity randomCells(std::uint32_t vertices, std::size_t count, bool inOrder
   return connectivity;
 }
 
-/// Those of each cell, one after the other, are the same.
+/// Compares the facets with those of each cell, one after the other.
 void expectAll(const Connectivity& connectivity) {
   std::map<std::array<std::uint32_t, 3>, Facet> expected;
   for (std::uint32_t i = 0; i < connectivity.cells.size(); ++i) {

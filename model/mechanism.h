@@ -18,8 +18,9 @@ struct Link {
 
   std::string name = {};
   std::size_t parent = kWorld;  ///< number of a link before this one
-  /// From its place at rest, in the coordinates of the world while everything is at rest; nothing
-  /// if the link is fixed to its parent. Outside its times it has its first or last pose.
+  /// The motion from its place at rest, in the coordinates of the world while everything is at
+  /// rest; nothing if the link is fixed to its parent. Outside its times it has its first or last
+  /// pose.
   std::optional<Motion> motion = {};
 };
 
@@ -30,9 +31,9 @@ struct Mechanism {
   std::vector<Link> links;
 
   Pose at(std::size_t link, double time) const;
-  /// Whether the link or one that it hangs on has a motion.
+  /// Whether the link or one that it is attached to has a motion.
   bool moves(std::size_t link) const;
-  /// From the first time of all motions to the last; nothing if nothing moves.
+  /// The span from the first time of all motions to the last; nothing if nothing moves.
   std::optional<TimeSpan> span() const;
   /// Times at which a motion that moves the link changes, in order.
   std::vector<double> knots(std::size_t link) const;

@@ -22,7 +22,7 @@
 namespace t4d::model {
 
 #ifdef T4D_STRTOD
-/// What std::from_chars does for doubles, which libc++ does not have before version 20.
+/// Does for doubles what std::from_chars does, which libc++ does not have before version 20.
 template <class Number>
 std::from_chars_result fromCharsByStrtod(std::string_view text, Number& number,
                                          std::chars_format format = std::chars_format::general) {

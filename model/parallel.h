@@ -44,7 +44,7 @@ inline std::size_t threadCount() {
 #endif
 }
 
-/// While it exists, this process uses at most so many threads.
+/// Limits the number of threads of this process while it exists.
 class ThreadLimit {
  public:
 #ifdef T4D_SERIAL
@@ -198,7 +198,7 @@ class Aside {
     group_.run(work);
 #endif
   }
-  /// Until it is done. To be called before the destructor.
+  /// Waits until the work is done. To be called before the destructor.
   void wait() {
 #ifndef T4D_SERIAL
     group_.wait();

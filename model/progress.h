@@ -19,7 +19,7 @@ inline Result<void> report(const Progress& progress, double fraction) {
   return fail(ErrorCode::Failed, std::string(kStopped));
 }
 
-/// That `done` of `count` things are done.
+/// Reports that `done` of `count` things are done.
 inline Result<void> report(const Progress& progress, std::uint64_t done, std::uint64_t count) {
   return report(progress, static_cast<double>(done) / static_cast<double>(count));
 }
@@ -30,7 +30,7 @@ inline Progress partOf(const Progress& progress, double from, double to) {
   return [progress, from, to](double fraction) { return progress(from + fraction * (to - from)); };
 }
 
-/// That of one of `count` things that follow one another.
+/// The progress of step `number` out of `count` equal steps.
 inline Progress eachOf(const Progress& progress, std::uint64_t number, std::uint64_t count) {
   const auto all = static_cast<double>(count);
   return partOf(progress, static_cast<double>(number) / all, static_cast<double>(number + 1) / all);

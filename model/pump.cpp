@@ -31,7 +31,7 @@ struct Item {
   void prepare(const Sink& sink) {
     if (!std::exchange(isPrepared, true)) prepared = sink.prepare(**slab);
   }
-  /// What is made of large slabs is made of one after another.
+  /// The results of large slabs are made one after another.
   bool isLarge() const {
     const auto& connectivity = (*slab)->connectivity;
     return (*slab)->vertices.size() > kManyVertices ||

@@ -24,7 +24,7 @@ struct SlabGroup {
 class GroupedSource {
  public:
   virtual ~GroupedSource() = default;
-  /// All slabs, in order; no group is empty.
+  /// The groups of all slabs, in order; none is empty.
   virtual const std::vector<SlabGroup>& groups() const = 0;
 };
 
@@ -35,7 +35,7 @@ const std::vector<SlabGroup>& slabGroupsOf(const Source& source);
 /// if there is none.
 std::size_t firstSlabEndingAfter(const Source& source, double time, bool orThen = false);
 
-/// The end of a slab. Of the last slab of a group, reads nothing.
+/// The end of a slab. For the last slab of a group, nothing is read.
 double endOfSlab(const Source& source, std::size_t index);
 
 }  // namespace t4d::model

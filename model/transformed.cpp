@@ -77,8 +77,8 @@ bool Transform::mirrors() const {
   return Eigen::FullPivLU<Eigen::Matrix3d>(balanced(space.leftCols<3>())).determinant() < 0;
 }
 
-/// By the sum of |inverse(j, i) A(i, j)|, the factor by which relative errors of the entries grow
-/// in the determinant. It does not depend on the units of the axes before and after.
+/// Judges by the sum of |inverse(j, i) A(i, j)|, the factor by which relative errors of the entries
+/// grow in the determinant. It does not depend on the units of the axes before and after.
 bool Transform::flattens() const {
   constexpr double kMostGrowth = 1e12;
   const Eigen::Matrix3d linear = balanced(space.leftCols<3>());
@@ -159,8 +159,8 @@ Result<void> Transformed::mapConnectivity(Slab& moved) {
   return {};
 }
 
-/// Where all is moved by a vector, so is the reference: far from the origin float32 could not hold
-/// it. Otherwise it stays, for the inverse of the map would round.
+/// A translation moves the reference, too: far from the origin float32 could not hold it. Any other
+/// map leaves it, because its inverse would round.
 LayerPose Transformed::poseOf(const LayerPose& given) {
   LayerPose moved = given;
   moved.pose = product(by_.space, given.pose);

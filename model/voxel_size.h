@@ -6,7 +6,7 @@
 
 #include "t4d/error.h"
 
-/// What a voxel size is refused for, whatever the voxels are of.
+/// Errors of voxel sizes, for voxels of any kind.
 namespace t4d::model {
 
 /// Voxel sizes, in length units. Distances of a few voxels are float32.
@@ -16,7 +16,7 @@ inline constexpr double kLargestVoxelSize = 1e30;
 /// Fails (InvalidInput) for a size out of this range, and for one that is not finite.
 Result<void> checkVoxelSize(double size, Remedy remedy = Remedy::VoxelSize);
 
-/// What voxels of a size take.
+/// The memory for voxels of a size.
 struct VoxelMemory {
   double voxelSize;
   double bytes;  ///< estimated

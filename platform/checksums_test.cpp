@@ -21,7 +21,7 @@ TEST(Crc32c, HasItsCheckValues) {
   }
 }
 
-/// Of any size, at any address, and in two pieces.
+/// Tries any size, at any address, and in two pieces.
 TEST(Crc32c, InstructionAndTableAgree) {
   std::vector<unsigned char> bytes(20'000);
   std::iota(bytes.begin(), bytes.end(), static_cast<unsigned char>(1));

@@ -81,7 +81,7 @@ class Stream {
   std::size_t most_;
 };
 
-/// As the system takes them: pointers into `words`, and a null.
+/// The arguments as the system takes them: pointers into `words`, and a null.
 std::vector<char*> argumentsOf(std::vector<std::string>& words) {
   std::vector<char*> arguments;
   arguments.reserve(words.size() + 1);
@@ -94,7 +94,7 @@ std::vector<char*> argumentsOf(std::vector<std::string>& words) {
 /// no other descriptor of ours open.
 class Spawning {
  public:
-  /// Each is a descriptor; for `message`, -1 means that it shares ours.
+  /// Each argument is a descriptor; -1 for `message` means that it shares ours.
   Spawning(int input, int output, int message) {
     posix_spawn_file_actions_init(&actions_);
     if (input >= 0) {

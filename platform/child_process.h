@@ -13,7 +13,7 @@
 /// Runs other programs, and reports how they ended, whatever they do.
 namespace t4d::platform {
 
-/// How long a program may take.
+/// The time that a program may take.
 struct TimeLimit {
   // NOLINTNEXTLINE(google-explicit-constructor): a number of seconds is a limit
   TimeLimit(double bySeconds = std::numeric_limits<double>::infinity()) : seconds(bySeconds) {}
@@ -36,7 +36,7 @@ struct RunOptions {
   bool captureMessage = true;
 };
 
-/// How a program ended.
+/// The end of a program, and its output.
 struct ProgramRun {
   enum class End : std::uint8_t {
     Exited,     ///< with the exit code `code`
@@ -89,8 +89,8 @@ class ChildProcess {
   /// Kills the program and its process group.
   ~ChildProcess();
 
-  /// What the program has printed and the caller has not yet taken. At most Options::outputBytes
-  /// for each stream; the rest is dropped.
+  /// The output that the caller has not yet taken: at most Options::outputBytes for each stream;
+  /// the rest is dropped.
   std::string& output();
   std::string& message();
   bool outputClosed() const;

@@ -49,7 +49,7 @@ constexpr int kLookMilliseconds = 5;
 /// What a process has to end itself, or a thread to make and register something.
 constexpr int kPatienceMilliseconds = 1000;
 
-/// Of a HeldCleanup: the signals that its thread blocked before.
+/// The signals that the thread of a HeldCleanup blocked before.
 thread_local sigset_t blockedBefore{};
 
 bool change(Entry& entry, State from, State to) {
@@ -214,7 +214,7 @@ void cleanUp() noexcept {
   const pid_t self = ::getpid();
   cleaning = true;
   await([] { return holders == 0; });
-  // All at a time: each has the same second then.
+  // All processes end at a time: each has the same second then.
   for (const Entry* entry = entries.load(); entry != nullptr; entry = entry->next) {
     if (entry->kind == Kind::Process && entry->owner == self && entry->state == State::Used) {
       ::kill(entry->process, SIGTERM);

@@ -4,9 +4,9 @@
 
 namespace t4d::platform {
 
-/// To be held from before something is made until it is registered, so that cleanUp misses none:
-/// cleanUp in another thread waits for it, and this thread receives no signals meanwhile. One at a
-/// time in each thread.
+/// Held from before something is made until it is registered, so that cleanUp misses none: cleanUp
+/// in another thread waits for it, and this thread receives no signals meanwhile. One at a time in
+/// each thread.
 class HeldCleanup {
  public:
   HeldCleanup();

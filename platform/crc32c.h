@@ -10,7 +10,7 @@ namespace t4d::platform {
 /// before these, if any.
 std::uint32_t crc32c(const void* data, std::size_t size, std::uint32_t before = 0);
 
-/// The same without the processor's instruction for it.
+/// Computes the same checksum by a table, without the processor's instruction.
 std::uint32_t crc32cByTable(const void* data, std::size_t size, std::uint32_t before = 0);
 
 }  // namespace t4d::platform

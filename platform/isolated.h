@@ -8,13 +8,13 @@
 
 namespace t4d::platform {
 
-/// What isolated work may use in addition to what this process already uses.
+/// The resources that isolated work may use in addition to what this process already uses.
 struct WorkLimits {
   std::uint64_t memoryBytes = 0;
   std::uint64_t cpuSeconds = 0;
 };
 
-/// How isolated work ended.
+/// The end of isolated work.
 struct IsolatedWork {
   enum class End : std::uint8_t {
     Returned,

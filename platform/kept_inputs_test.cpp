@@ -21,7 +21,7 @@ class KeptInput : public testing::Test {
     fs::create_symlink("a", folder_ / "soft");
   }
 
-  /// How a name cannot be written; "" if it can.
+  /// The reason why a file cannot be written under a name; "" if it can.
   std::string errorOf(const char* name) const {
     auto part = PartFile::create(folder_ / name);
     return part ? "" : part.error().text();

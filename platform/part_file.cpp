@@ -218,7 +218,7 @@ Result<void> PartFile::putInPlace(std::span<PartFile> parts) {
 }
 
 void PartFile::remove() noexcept {
-  // Without its lock the name may become another's.
+  // Once unlocked, the name may become another process's.
   if (note_) ::unlink(part_.c_str());
   note_.release();
   part_.clear();

@@ -21,7 +21,7 @@ namespace t4d::platform {
 /// output, whose name is `-`.
 class PartFile {
  public:
-  /// No file.
+  /// A PartFile without a file.
   PartFile() = default;
   /// Creates an empty part; never opens an existing file. Fails if the target is a folder, or an
   /// input of the run (kept_inputs.h).

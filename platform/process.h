@@ -11,7 +11,7 @@ std::filesystem::path executablePath();
 
 /// Peak memory of this process so far, in bytes.
 std::uint64_t peakBytes();
-/// That of the largest process that it has run and waited for.
+/// Peak memory of the largest process that this one has run and waited for.
 std::uint64_t peakBytesOfChildren();
 
 /// Without this, a program that crashes a hundred times would leave a hundred core dumps. Processes

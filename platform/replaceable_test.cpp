@@ -44,7 +44,7 @@ TEST_F(Replaceable, OnlyFilesWithTheMarkAre) {
 }
 
 TEST_F(Replaceable, TheMarkOfGltfIsFoundAnywhere) {
-  // Across the border of two pieces that are read, too.
+  // The mark may also cross the border of two pieces that are read.
   for (const std::size_t before : {0U, 1000U, 65'530U, 200'000U}) {
     put("a.glb", std::string(before, 'x') + R"("generator":"t4d","version":"2.0")");
     EXPECT_EQ(refusalOf("a.glb"), "") << before;

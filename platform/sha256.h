@@ -12,7 +12,7 @@ namespace t4d::platform {
 class Sha256 {
  public:
   void add(std::span<const std::byte> bytes);
-  /// 64 digits in lower case. To be called once, after all is added.
+  /// The sum as 64 digits in lower case. Call it once, after all is added.
   std::string finish();
 
  private:

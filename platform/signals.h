@@ -2,7 +2,7 @@
 
 #include <atomic>
 
-/// What a program does with signals. The library calls none of this.
+/// The handling of signals in a program. The library calls none of this.
 namespace t4d::platform {
 
 /// From here on, a signal that ends the program (Ctrl-C, say) first removes partly written files
