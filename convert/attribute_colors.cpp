@@ -21,7 +21,7 @@ using model::ScalarType;
 constexpr Color kNoColor = {0.5, 0.5, 0.5, 1};
 
 double linearOf(double sRgb) {
-  // IEC 61966-2-1.
+  // The curve is that of IEC 61966-2-1.
   return sRgb <= 0.04045 ? sRgb / 12.92 : std::pow((sRgb + 0.055) / 1.055, 2.4);
 }
 
@@ -31,7 +31,7 @@ constexpr std::array<std::array<int, 3>, 5> kViridis = {
 
 bool isWhole(ScalarType type) { return type != ScalarType::Float32 && type != ScalarType::Float64; }
 
-/// What is known of an attribute after all its rows.
+/// The range of an attribute, complete after all its rows.
 class Range {
  public:
   Range(std::string attribute, bool distinct) : name_(std::move(attribute)), distinct_(distinct) {}

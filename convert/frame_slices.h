@@ -11,12 +11,12 @@
 
 namespace t4d::convert {
 
-/// How frames are sliced and coloured.
+/// Options of slicing and colouring frames.
 struct FrameSlicing {
   slice::SliceDetail detail = slice::SliceDetail::Exact;
   std::optional<FrameVelocity> velocity = {};
   Paint paint = {};
-  /// With velocities: whether the other attributes are kept after painting.
+  /// Whether the attributes other than velocities are kept after painting; only with velocities.
   bool attributes = true;
 };
 

@@ -56,7 +56,7 @@ TEST_F(MorphFlipbook, IsTheLightSliceAtAnyTime) {
   for (const model::TriangleMesh& solid : solids) {
     for (const int keys : {2, 3, 9}) {
       const model::Mesh mesh = shaken(solid, static_cast<std::uint32_t>(keys), keys);
-      // From within the first slab.
+      // The span begins within the first slab.
       const double begin = 0.1;
       const double end = 0.25 * (keys - 1);
       formats::MeshWriteOptions how;
@@ -96,7 +96,7 @@ TEST_F(MorphFlipbook, ShowsABodyAtItsTimes) {
   auto scene = read();
   ASSERT_TRUE(scene) << scene.error().text();
   EXPECT_EQ(scene->bodies.size(), 2U);
-  // What is not there at any of the times is left out.
+  // Bodies that exist at none of the times are left out.
   const auto report = write({{"early", &early}, {"late", &late}}, 5, 5.5);
   ASSERT_TRUE(report);
   EXPECT_EQ(report->triangles, 12U);

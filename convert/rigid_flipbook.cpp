@@ -105,7 +105,7 @@ class RigidSink : public PrismSteps {
   double beforeTime_ = 0;
 };
 
-/// What players make of two layers.
+/// The pose that players show between two layers.
 formats::RigidBody::Key keyBetween(const RigidMotion::Layer& a, const RigidMotion::Layer& b,
                                    const Point3& center, double time) {
   const Eigen::Quaterniond from(Eigen::Matrix3d(a.pose.leftCols<3>()));

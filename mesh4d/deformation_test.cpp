@@ -355,7 +355,7 @@ TEST(Deformation, RefusesWhatIsNoDeformation) {
   };
   EXPECT_EQ(placeOf({{0.5, flat}, {1, solid.vertices}}), "key 0, at time 0.5");
   EXPECT_EQ(placeOf({{0, solid.vertices}, {1.25, far}}), "key 1, at time 1.25");
-  // But it may shrink to a point.
+  // The solid may shrink to a point.
   EXPECT_EQ(errorOf({{0, solid.vertices}, {1, std::vector<Point3>(8, Point3(1e6, 0, 0))}}), "none");
 }
 

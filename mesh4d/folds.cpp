@@ -27,7 +27,7 @@ class StepPrism {
       way_ += (after - before) / 3;
       largest = std::max({largest, before.cwiseAbs().maxCoeff(), after.cwiseAbs().maxCoeff()});
     }
-    // Of a position, and of a mean of four of them.
+    // The rounding of a position and of a mean of four positions.
     constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
     rounding_ = kRounding * largest;
     const auto edge = [&](std::span<const Point4> layer, int corner) -> Vector3d {

@@ -11,8 +11,8 @@
 
 namespace t4d::mesh4d {
 
-/// Searches for folded prisms in a step made with stepConnectivity(mesh). Nothing if there are
-/// none.
+/// Searches for folded prisms in a step made with stepConnectivity(mesh). Returns nothing if there
+/// are none.
 ///
 /// A prism is folded if one of its cells faces away from the mean direction n of its triangle
 /// during the step: det[n, b-a, c-a, d-a] <= 0, where n is the integral over the step of the

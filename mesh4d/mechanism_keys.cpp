@@ -41,7 +41,7 @@ class PosedKeys : public model::VertexKeys {
   std::shared_ptr<const std::vector<double>> times_;
 };
 
-/// What bounds the deviation of a solid.
+/// The data that bounds the deviation of a solid.
 struct Extent {
   std::vector<Point3> corners;         // of its box, in the world at rest
   std::vector<Eigen::Vector3d> edges;  // in its own coordinates, the longest first
@@ -164,7 +164,7 @@ class Stepper {
     return std::max(1.0, std::floor(steps * (1 - kRounding)));
   }
 
-  /// By which factor steps must become shorter; 1 or more if they may be as long as they are.
+  /// The factor by which steps must become shorter; 1 or more if they may keep their length.
   double shareOf(const Worst& worst) const {
     constexpr double kRounding = 1e-9;
     if (const auto* volume = std::get_if<MinVolumeRatio>(&rule_)) {

@@ -93,7 +93,7 @@ TEST(MechanismKeys, NoPathLeavesItsChordByMoreThanTheBound) {
         }
       }
       EXPECT_LE(worst, bound);
-      // Not absurdly far above it, where there is something to bound.
+      // The bound is not absurdly large where there is something to bound.
       if (link < 4) {
         EXPECT_GE(worst, bound / 30);
       }

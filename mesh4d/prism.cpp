@@ -127,7 +127,7 @@ std::vector<model::Attribute> inputAttributes(const model::TriangleMesh& mesh,
                                               const std::vector<std::uint32_t>& triangles) {
   std::vector<model::Attribute> made;
   for (const model::Attribute& given : mesh.attributes) {
-    // Of a mesh that is a slice itself.
+    // A mesh that is a slice itself has these.
     if (given.name == "triangle" || given.name == "kind") continue;
     const bool ofVertices = given.domain == model::Domain::Vertex;
     model::Attribute rows{given.name, model::Domain::Cell, given.type, given.components, {}};

@@ -44,8 +44,8 @@ struct Cubic {
   double rounding;  ///< of a coefficient, at most
 
   enum class Sign : std::uint8_t { Negative, Positive, Zero, Mixed };
-  /// On the open interval, as far as the coefficients say. What they are within rounding of zero
-  /// counts as zero.
+  /// The sign on the open interval, as far as the coefficients tell. Those within rounding of zero
+  /// count as zero.
   Sign sign() const {
     bool positive = false;
     bool negative = false;
@@ -122,7 +122,8 @@ class MovingPair {
       to_[i] = end[vertex] - origins_[1];
       largest = std::max({largest, from_[i].cwiseAbs().maxCoeff(), to_[i].cwiseAbs().maxCoeff()});
     }
-    // Of a sum of some dozen products of three differences, each at most twice the largest.
+    // The rounding of a sum of some dozen products of three differences, each at most twice the
+    // largest.
     constexpr double kOfProduct = 1e-14;
     rounding_ = kOfProduct * largest * largest * largest;
   }
@@ -209,8 +210,8 @@ class MovingPair {
   }
 
   /// Whether a plane with a fixed direction is between them all the time, through the common corner
-  /// if there is one: that across the line between their middles, half way. All corners go
-  /// straight, so that both ends decide.
+  /// if there is one: that across the line between their middles, half way. All corners move along
+  /// straight lines, so that both ends decide.
   bool stayApart() const {
     const Point3 direction =
         from_[1] + from_[2] + to_[1] + to_[2] - from_[4] - from_[5] - to_[4] - to_[5] +
@@ -263,7 +264,7 @@ class MovingPair {
            CGAL::do_intersect(b, CrossingKernel::Segment_3(p[1], p[2]));
   }
 
-  /// Of triangles with a common side, when one swings through the other.
+  /// The time when one of two triangles with a common side swings through the other.
   std::optional<double> swingAt() {
     const Cubic cubic = volume(0, 1, 2, 5);
     const auto onOneSide = [&](double s) {
@@ -322,8 +323,8 @@ std::vector<SweptBox> sweptBoxes(const model::TriangleMesh& mesh, std::span<cons
   return boxes;
 }
 
-/// In how many parts of the step to look one after the other, so that the boxes stay small: in each
-/// the vertices move, on average and relative to their mean, by about two edges.
+/// The number of parts of the step to search one after the other, so that the boxes stay small: in
+/// each the vertices move, on average and relative to their mean, by about two edges.
 int partsOf(const model::TriangleMesh& mesh, std::span<const Point3> from,
             std::span<const Point3> to) {
   const Point3 shift = meanOf(to) - meanOf(from);
@@ -380,7 +381,7 @@ class PairTester {
     if (waiting_.size() == kBatch) finish();
   }
 
-  /// Tests those that wait. What is found does not depend on the order.
+  /// Tests the pairs that wait. The result does not depend on their order.
   void finish() {
     const std::size_t pieces = (waiting_.size() + kPiece - 1) / kPiece;
     std::vector<Meetings> ofPieces(pieces);

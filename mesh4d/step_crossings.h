@@ -12,8 +12,8 @@
 namespace t4d::mesh4d {
 
 /// Searches a step for triangles that meet while their corners move along straight lines from the
-/// lower layer to the upper one. Nothing if none do. The first pair is the one with the earliest
-/// time.
+/// lower layer to the upper one. Returns nothing if none do. The first pair is the one with the
+/// earliest time.
 ///
 /// Whether two triangles meet can change only when a corner of one is in the plane of the other, or
 /// when two of their sides are in one plane: at the roots of cubics in time. Between any two such

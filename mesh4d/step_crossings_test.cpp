@@ -103,7 +103,7 @@ TriangleMesh plateWithFlap(double height, double end) {
 }
 
 TEST(StepCrossings, AffineMapsHaveNone) {
-  // Of two affine maps the ones between are affine, too; with these, none is singular.
+  // Maps between two affine maps are affine, too; with these, none is singular.
   const Eigen::Vector3d axis = Eigen::Vector3d(1, -2, 0.5).normalized();
   for (const auto& solid : fixtures::allSolids()) {
     for (const double degrees : {0.0, 5.0, 85.0, 150.0}) {

@@ -81,7 +81,7 @@ std::vector<model::Chords> chordsOf(const model::Motion& motion, const model::Tr
         }
       }
     }
-    // In the coordinates of the mesh.
+    // The axis and a point of it in the coordinates of the mesh.
     const Eigen::Vector3d axis = segment.start.rotation.transpose() * segment.screw.axisDirection;
     const model::Point3 center =
         segment.start.rotation.transpose() * (segment.screw.axisPoint - segment.start.translation);

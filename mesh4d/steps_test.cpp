@@ -87,7 +87,7 @@ TEST(Steps, KeepADeviationAndOneFewerWouldNot) {
 
 TEST(Steps, ADeviationThatIsTooSmallIsRefusedWithOneThatIsPossible) {
   for (const double degrees : {3600.0, 0.25}) {
-    // There and back.
+    // The solid turns there and back.
     std::vector<model::ScrewRun> runs(2, {.duration = 1, .screw = {.angleDegrees = degrees}});
     runs[1].screw.angleDegrees *= -1;
     const model::Motion motion = *model::chainScrews(0, runs);

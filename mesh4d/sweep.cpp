@@ -350,7 +350,7 @@ class Sweeper {
 
   Result<void> takeStep(const Step& step, bool lookForFolds) {
     if (step.fold) note(*step.fold);
-    // From pose to pose all vertices move by one affine map, in which nothing meets.
+    // Between two poses all vertices move by one affine map, in which nothing meets.
     if (lookForFolds && (!keys_.pose(step.number) || !keys_.pose(step.number + 1))) {
       if (auto noted = noteCrossing(step.slab); !noted) return noted;
     }

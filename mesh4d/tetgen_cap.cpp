@@ -302,8 +302,8 @@ Result<void> removeOutside(const model::TriangleMesh& mesh, Cap& cap) {
                       i));
     }
   }
-  // From neighbour to neighbour: cells that follow one another share vertices, and files get
-  // smaller.
+  // Cells are put in order from neighbour to neighbour: cells that follow one another share
+  // vertices, and files get smaller.
   std::vector<Cell> kept;
   for (std::uint32_t first = 0; first < cap.cells.size(); ++first) {
     queue.push_back(first);

@@ -29,8 +29,8 @@ struct Cut {
     bool operator==(const Point&) const = default;
   };
   std::vector<Point> points;  ///< without duplicates; in the order of the slab if all are vertices
-  /// Corners are points. They face away from the solid in axes e1, e2, e3 of the hyperplane if
-  /// (e1, e2, e3, normal) is oriented like (x, y, z, t).
+  /// The triangles between points. They face away from the solid in axes e1, e2, e3 of the
+  /// hyperplane if (e1, e2, e3, normal) is oriented like (x, y, z, t).
   std::vector<model::Triangle> triangles;
   std::vector<std::uint32_t> cells;  ///< for each triangle, the cell that it was cut from
 };

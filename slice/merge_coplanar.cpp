@@ -129,7 +129,7 @@ class Merger {
     return own.dot(normal) > 0 || own.norm() <= tolerance_ * longestEdge(triangle);
   }
 
-  /// Where a vertex may go; empty if it must stay.
+  /// The vertices that a vertex may be merged into; empty if it must stay.
   std::vector<std::uint32_t> targetsOf(std::uint32_t vertex) const {
     std::vector<std::uint32_t> parts;
     std::vector<std::uint32_t> neighbors;
@@ -160,7 +160,7 @@ class Merger {
   }
 
   /// How well shaped the worst triangle is if `vertex` moves to `target`: its height over its
-  /// longest edge. Nothing if that cannot be.
+  /// longest edge. Nothing if it cannot move there.
   std::optional<double> shapeAfter(std::uint32_t vertex, std::uint32_t target) const {
     std::vector<std::uint32_t> common;
     for (const std::uint32_t t : around_[vertex]) {

@@ -7,7 +7,7 @@
 
 namespace t4d::slice {
 
-/// Where to slice a mesh at a time.
+/// The slab to slice for a time.
 struct SlabAtTime {
   double time = 0;  ///< the time that the given one refers to (model::timeWithin)
   /// True at the last time of the mesh, where the slice is the limit from earlier times.

@@ -64,7 +64,7 @@ struct BlockItem {
   std::optional<Error> error;
 };
 
-/// As CellRuns::supports has it.
+/// The support of cells, as in CellRuns::supports.
 std::array<std::uint32_t, CellRuns::kSupport> supportOf(const model::Connectivity& connectivity,
                                                         std::span<const model::Cell> cells) {
   std::set<std::uint32_t> support;

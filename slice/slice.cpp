@@ -92,7 +92,7 @@ class Slicer::Impl {
     if (slice_.motion) slice_.motion = std::move(made.motion);
   }
 
-  /// Instead of the next slab, which the hyperplane misses.
+  /// Called instead of adding the next slab, which the hyperplane misses.
   void skip() {
     seam_.clear();
     lastUpperCount_ = 0;

@@ -372,7 +372,7 @@ TEST(Slice, OfAFileByBlocksIsThatOfTheMeshInMemory) {
     EXPECT_EQ(byBlocks->slabsSkipped, 2 - byBlocks->slabsRead);
     EXPECT_EQ(byBlocks->slabsRead == 0, mostBlocks == 0);
   }
-  // Through all blocks of both slabs.
+  // The hyperplane cuts all blocks of both slabs.
   const auto through = slice(reader->body(0), Hyperplane::across(1, 0.5));
   ASSERT_TRUE(through);
   EXPECT_EQ(through->blocksRead, 8U);
@@ -408,7 +408,7 @@ TEST(Slice, SkipsSlabsThatAHyperplaneMissesAndNoOthers) {
     Hyperplane hyperplane{{number(random), number(random), number(random), number(random)},
                           8 * number(random)};
     if (i < 20) hyperplane = Hyperplane::across(0, 6 + 6 * number(random));
-    // Through a vertex, and along x through many.
+    // The cut is through a vertex, and along x through many.
     const model::Slab& slab = mesh.slabs()[1 + random() % 49];
     const model::Point4& vertex = slab.vertices[random() % slab.vertices.size()];
     if (i >= 60) hyperplane.offset = along(hyperplane.normal, vertex);

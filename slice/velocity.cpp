@@ -24,7 +24,7 @@ using model::Point3;
 /// nearer to the next slice when they were moved.
 constexpr double kFlat = 0.1;
 
-/// Of the triangles around a vertex: sum of A n n^T, and of A w n.
+/// Sums over the triangles around a vertex: A n n^T, and A w n.
 struct NormalEquations {
   Eigen::Matrix3d normals = Eigen::Matrix3d::Zero();
   Point3 speeds = Point3::Zero();
