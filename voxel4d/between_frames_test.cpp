@@ -33,7 +33,7 @@ double boxDistance(const Point3& point, const Point3& half) {
   return beyond.cwiseMax(0).norm() + std::min(beyond.maxCoeff(), 0.0);
 }
 
-/// Of balls: off the lattice, so that no symmetry helps. Boxes begin between lattice points.
+/// The balls are off the lattice, so that no symmetry helps. Boxes begin between lattice points.
 const Point3 kCentre(0.3, -0.3, 0.1);
 constexpr double kRadius = 15;
 
@@ -128,7 +128,7 @@ TEST(BetweenFrames, VolumesAreTheTableOfThePage) {
         EXPECT_LT(distance.place, 0.15);
         EXPECT_GT(midpoint.place, step / 2 - 0.85);
       }
-      // What is gone is told.
+      // Parts that are gone are reported.
       EXPECT_EQ(distance.lost > 0, isThin && step >= 3);
       EXPECT_EQ(distance.volume == -1, isThin && step >= 4);
     }

@@ -105,8 +105,7 @@ std::vector<ConvexPolygon> cutAlong(ConvexPolygon polygon,
       pieces.push_back(std::move(piece.polygon));
       continue;
     }
-    // Of segments that follow one another, such as around a hole, the middle one leaves as many on
-    // either side.
+    // The middle one of consecutive segments, such as around a hole, leaves as many on either side.
     const auto middle = piece.cuts.begin() + static_cast<std::ptrdiff_t>(piece.cuts.size() / 2);
     auto [left, right] = split(piece.polygon, *middle, tolerance);
     piece.cuts.erase(middle);

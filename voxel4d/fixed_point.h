@@ -15,8 +15,8 @@ namespace t4d::voxel4d {
 
 __extension__ typedef __int128 Int128;  // NOLINT(modernize-use-using)
 
-/// In units of a power of two of a voxel: below 2^60, so that the cross product of two differences
-/// fits in 128 bits.
+/// Coordinates in units of a power of two of a voxel: below 2^60, so that the cross product of two
+/// differences fits in 128 bits.
 using FixedPoint = std::array<std::int64_t, 3>;
 
 class FixedScale {

@@ -75,8 +75,8 @@ Result<void> checkTiles(const Frame& frame, TileIndex& index) {
   return {};
 }
 
-/// Whether the values are finite, and negative where the block says that it is inside. Without
-/// branches: this runs over all values of all frames.
+/// Whether the values are finite, and negative where the block says that it is inside. It has no
+/// branches, because it runs over all values of all frames.
 template <class Value>
 bool agree(const Block& block, const Value* values) {
   double notFinite = 0;  // becomes not a number

@@ -8,12 +8,13 @@
 
 namespace t4d::voxel4d {
 
-/// OpenVDB. Inline, as vdb_frames.cpp needs that library.
+/// The formats of OpenVDB. Inline, as vdb_frames.cpp needs that library.
 inline std::vector<platform::FileFormat> vdbFormats() {
   return {{"OpenVDB", {".vdb"}, {"level sets", "densities", "masks"}, true}};
 }
 
-/// What openVolumeFrames reads: arrays of samples, as scanners and simulations write them.
+/// The formats that openVolumeFrames reads: arrays of samples, as scanners and simulations write
+/// them.
 std::vector<platform::FileFormat> volumeFormats();
 
 /// The extensions of all of these, with their dots.

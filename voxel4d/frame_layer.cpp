@@ -242,8 +242,8 @@ void FrameLayer::eachCrossed(const CrossingBlock& block, Take take) const {
   }
 }
 
-/// Where along their edges the crossings of a block are. Returns whether all of them are between
-/// these values, in one order or the other.
+/// Finds where along their edges the crossings of a block are. Returns whether all of them are
+/// between these values, in one order or the other.
 bool FrameLayer::findFractions(const CrossingBlock& block, const Values& first,
                                double* into) const {
   bool same = true;

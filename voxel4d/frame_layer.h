@@ -53,7 +53,7 @@ class WeavingOrder {
  public:
   explicit WeavingOrder(std::size_t blocks) : shift_(blocks > kFew ? 2 : 0) {}
 
-  /// Whether it is that of the coordinates themselves.
+  /// Whether the order is that of the coordinates themselves.
   bool isPlain() const { return shift_ == 0; }
 
   bool operator()(const Coord& a, const Coord& b) const {
@@ -113,7 +113,7 @@ class FrameLayer {
   /// Whether nothing tells how far inside a point is: there are no values, or only two of them
   /// where edges of the lattice are crossed.
   bool isMask() const { return !hasValues() || hasTwoValues_; }
-  /// Whether its values are float32, so that crossings are rounded (CrossingGrid).
+  /// Whether the frame's values are float32, so that crossings are rounded (CrossingGrid).
   bool hasFloats() const { return hasFloats_; }
   /// The number of crossings, which are the vertices of the layer.
   std::uint32_t vertexCount() const { return vertexCount_; }
@@ -192,7 +192,7 @@ class CrossingGrid {
 
   /// Exact but for the rounding to a multiple of the step, a power of two.
   double nearest(double coordinate) const {
-    // From here on, doubles are whole numbers; adding it rounds what is smaller.
+    // Doubles are whole numbers from here on; adding it rounds smaller values.
     constexpr double kWhole = 6755399441055744;  // 1.5 x 2^52
     const double steps = coordinate * inverse_;
     if (!(step_ > 0 && std::abs(steps) < kWhole / 3)) return coordinate;

@@ -14,7 +14,7 @@ using Piece = FrameParts::Piece;
 
 constexpr std::uint64_t kFirstZ = 0x0101010101010101U;  // bits with z = 0
 
-/// Those of the points that are connected with the first.
+/// The points that are connected with the first one.
 BlockMask connected(const BlockMask& points) {
   BlockMask found{};
   std::size_t first = 0;
@@ -101,7 +101,7 @@ struct Alone {
   }
 };
 
-/// Those that do not overlap, at most as many as are of use: the largest.
+/// The parts that do not overlap, at most as many as are of use: the largest.
 std::vector<Alone> aloneOf(const IndexedFrame& frame, const FrameParts& parts,
                            const std::vector<bool>& overlaps) {
   std::vector<std::uint32_t> number(parts.count(), model::kNoIndex);

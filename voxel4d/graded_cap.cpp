@@ -105,7 +105,7 @@ class LatticePoints {
 /// A block in which cubes begin that have corners both inside and outside.
 struct SurfaceBlock {
   Coord coord;
-  /// Those divided by the table: the index of their lowest point in the block, and the signs of
+  /// Cubes divided by the table: the index of their lowest point in the block, and the signs of
   /// their corners.
   std::vector<std::pair<std::uint16_t, std::uint8_t>> cubes;
   std::vector<Leaf> leaves;  // those that are merged

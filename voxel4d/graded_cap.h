@@ -7,7 +7,7 @@
 
 namespace t4d::voxel4d {
 
-/// Which end of a 4D mesh a cap closes.
+/// The end of a 4D mesh that a cap closes.
 enum class CapEnd : std::uint8_t { First, Last };
 
 /// The cap that closes a mesh exactly at the time of its first or last frame, with cells that grow

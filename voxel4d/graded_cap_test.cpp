@@ -132,7 +132,7 @@ void expectSameSolid(const Capped& flat, const Capped& graded) {
   EXPECT_NEAR(graded.judged.hypervolume, flat.judged.hypervolume, kRounding * volume);
   EXPECT_EQ(graded.judged.components, flat.judged.components);
   EXPECT_LE(graded.judged.tetrahedra, flat.judged.tetrahedra);
-  // So every slice is the same, too.
+  // The slices are the same, too.
   ASSERT_EQ(graded.mesh.slabCount(), 3U);
   const auto& between = flat.mesh.slabs()[1];
   EXPECT_EQ(graded.mesh.slabs()[1].vertices, between.vertices);

@@ -52,7 +52,8 @@ class FaceDistance {
   const FaceMetric& metric_;
   Coord block_;
   BlockView own_;
-  // From voxels outside and inside: first those of the next blocks, which most points suffice.
+  // Distances from voxels outside and inside: first those of the next blocks, which suffice for
+  // most points.
   std::array<std::unique_ptr<Squares>, 2> near_;
   std::array<std::unique_ptr<Squares>, 2> far_;
 };

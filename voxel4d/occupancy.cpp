@@ -113,7 +113,7 @@ void cross(const Scene& scene, const Triangle& triangle, std::int64_t xBegin, st
         const double wa = static_cast<double>(bc.at) * inverse;
         const double wb = static_cast<double>(ca.at) * inverse;
         const double wc = static_cast<double>(ab.at) * inverse;
-        // At the top of a solid, columns leave it.
+        // Columns leave a solid at its top.
         found(x, y, wa * za + wb * zb + wc * zc, up ? -1 : 1);
       }
       ab.nextX();

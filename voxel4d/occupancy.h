@@ -24,7 +24,7 @@ inline constexpr double kMaxBoxPoints = 68'719'476'736.0;
 /// many lattice points in its box or too far from the origin; the error says how many or how far.
 Result<void> checkVoxelizable(const model::TriangleMesh& mesh, const Lattice& lattice);
 
-/// What is inside a mesh on a lattice.
+/// The points inside a mesh on a lattice.
 struct Occupancy {
   Frame inside;
   UnionSurface surface;  ///< in voxels

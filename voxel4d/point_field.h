@@ -23,10 +23,10 @@ inline model::PartRange planesOf(const model::Part& part, std::uint64_t planes) 
   return {std::min(8 * blocks.begin, planes), std::min(8 * blocks.end, planes)};
 }
 
-/// Which part of which field a file has.
+/// The part of a field that a file has.
 struct PointFieldPart {
   model::Part part = {};
-  /// What is the same in all parts of a run and tells it from others, by name.
+  /// Names and values that all parts of a run share and that tell it from others.
   std::map<std::string, std::string> run = {};
 };
 
@@ -36,7 +36,7 @@ struct PointField {
   Lattice lattice = {};
   std::array<std::uint32_t, 3> counts = {0, 0, 0};  ///< also for a part those of the whole
   std::optional<PointFieldPart> part = {};          ///< nothing for the whole field
-  /// Whether the point has a value, and the value. Called by one thread.
+  /// Sets the value of a point; returns false if it has none. Called by one thread.
   std::function<bool(const std::array<std::uint32_t, 3>&, double&)> value;
   bool whole = false;  ///< int32 values instead of float32
 };

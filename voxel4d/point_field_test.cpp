@@ -163,7 +163,7 @@ TEST(PointField, OfAMotionSumsToItsHypervolumeAndVisitsVolume) {
   };
   const auto [visitsCoarse, dwellCoarse] = errorsAt(0.4);
   const auto [visitsFine, dwellFine] = errorsAt(0.1);
-  // Of the first order at least.
+  // Errors fall at least in proportion to the spacing.
   EXPECT_LT(visitsCoarse, 0.01);
   EXPECT_LT(visitsFine, visitsCoarse / 4);
   EXPECT_LT(dwellCoarse, 0.01);

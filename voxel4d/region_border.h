@@ -13,8 +13,8 @@ namespace t4d::voxel4d {
 class RegionBorder {
  public:
   RegionBorder() = default;
-  /// Of a region in lattice points: where it has no number, nothing is cut off.
-  /// `offset`: what is added to a lattice point to name it.
+  /// Takes a region in lattice points: where it has no number, nothing is cut off. `offset`: what
+  /// is added to a lattice point to name it.
   explicit RegionBorder(const std::array<IndexRange, 3>& region,
                         const std::array<std::int64_t, 3>& offset = {});
 

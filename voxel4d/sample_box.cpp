@@ -108,7 +108,7 @@ struct KeyRange {
   bool contains(Key key) const { return first <= key && key <= last; }
 };
 
-/// Those of `range` for which a claim holds that is false below some key and true from there on,
+/// The keys of `range` for which a claim holds that is false below some key and true from there on,
 /// or, if `rising` is false, the other way round.
 template <class Key, class Claim>
 KeyRange<Key> narrowed(KeyRange<Key> range, bool rising, Claim claim) {
@@ -129,7 +129,7 @@ KeyRange<Key> narrowed(KeyRange<Key> range, bool rising, Claim claim) {
                 : KeyRange<Key>{range.first, static_cast<Key>(low - 1)};
 }
 
-/// What a rule says of samples of a type.
+/// The samples of a type that a rule allows and those that are inside.
 template <class T>
 struct Judged {
   using Key = typename Keys<T>::Key;

@@ -33,8 +33,8 @@ struct SampleBox {
   }
 };
 
-/// How samples become a field, negative inside: sign * (slope * sample + intercept - iso). Or, for
-/// a mask, what is inside.
+/// The rule that makes a field, negative inside, of samples: sign * (slope * sample + intercept -
+/// iso). For a mask, it says which samples are inside.
 struct SampleRule {
   double slope = 1;
   double intercept = 0;
@@ -104,7 +104,7 @@ SampleSigns signsOf(const SampleBox& box, const SampleRule& rule);
 std::optional<std::array<std::size_t, 3>> firstUnusable(const SampleBox& box,
                                                         const SampleRule& rule);
 
-/// What is inside an array.
+/// The choice of values that are inside an array.
 struct ArrayInside {
   std::optional<double> iso = {};  ///< values above this; without it and `label`, those below 0
   bool below = false;              ///< values below `iso`, not above
@@ -112,9 +112,9 @@ struct ArrayInside {
   std::optional<double> outside = {};      ///< as SampleRule::outside
 };
 
-/// The rule for an array in memory. Of bools, True is inside. `typeName` is what errors call the
-/// type. Fails for labels of numbers that are not whole, whole numbers without `iso` or `label`,
-/// `iso` with bools or not finite, and `outside` with bools or a label.
+/// The rule for an array in memory. Bools that are True are inside. `typeName` is what errors call
+/// the type. Fails for labels of numbers that are not whole, whole numbers without `iso` or
+/// `label`, `iso` with bools or not finite, and `outside` with bools or a label.
 Result<SampleRule> arrayRule(SampleType type, const std::string& typeName,
                              const ArrayInside& inside);
 

@@ -186,7 +186,7 @@ Vec3f interpolated(const openvdb::Vec3STree& known, const Vec3d& at) {
   return Vec3f(mean.value_or(Vec3d(0)));
 }
 
-/// What is not active is `far` from the surface.
+/// Sets all inactive values to `far`, with their sign.
 void setFar(FloatGrid& distance, float far) {
   openvdb::tools::foreach (distance.beginValueOff(), [=](const FloatGrid::ValueOffIter& at) {
     at.setValue(*at < 0 ? -far : far);

@@ -13,13 +13,13 @@ class SurfaceBand {
  public:
   static constexpr int kWidth = 4;
 
-  /// For motion over a time of at most `duration`. Fails as advectedFrames says; errors are those
-  /// of the velocities.
+  /// Makes the band for motion over a time of at most `duration`. Fails as advectedFrames says;
+  /// errors are those of the velocities.
   static Result<SurfaceBand> of(const Frame& frame, const VelocityField& velocity, double duration);
 
   /// The time that the band suffices for.
   double duration() const { return duration_; }
-  /// How much the values of the frame change from voxel to voxel across the surface; 0 without one.
+  /// The change of the values of the frame from voxel to voxel across the surface; 0 without one.
   double slope() const { return slope_; }
   /// The distances at the time of the frame plus `time`, which may be negative.
   openvdb::FloatGrid::Ptr carried(double time) const;

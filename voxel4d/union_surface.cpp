@@ -102,7 +102,7 @@ class Surface {
     return {chart.flat(a), chart.flat(b), chart.flat(c)};
   }
 
-  /// Where other triangles meet one in more than shared vertices and edges.
+  /// The places where other triangles meet one in more than shared vertices and edges.
   struct Meetings {
     bool any = false;
     std::vector<PlaneSegment> cuts;  ///< of them, those that cross it

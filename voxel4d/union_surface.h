@@ -10,9 +10,10 @@ namespace t4d::voxel4d {
 /// A surface in two parts, by its sides: a side is outside where the winding number is zero.
 struct UnionSurface {
   std::vector<model::Point3> points;  ///< those of the mesh, then those of cuts
-  /// What bounds the solid: one side is outside, or, of sheets that cancel each other, both.
+  /// The boundary of the solid: one side is outside, or both sides of sheets that cancel each
+  /// other.
   std::vector<model::Triangle> outer;
-  /// What is within the solid: neither side is outside.
+  /// The triangles within the solid: neither side is outside.
   std::vector<model::Triangle> inner;
 };
 

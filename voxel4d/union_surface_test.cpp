@@ -74,7 +74,7 @@ struct Boxes {
   /// Whether a point, in units of half a cell, is in the interior of the union.
   bool holds(int x, int y, int z) const {
     for (int corner = 0; corner < 8; ++corner) {
-      // Of the cells on either side of the point; along an axis in whose middle it is, of one.
+      // The cells on either side of the point; along an axis in whose middle it is, one.
       const auto cell = [](int at, bool upper) { return (at - (upper ? 0 : 1)) >> 1; };
       const Coord near = {cell(x, (corner & 1) != 0), cell(y, (corner & 2) != 0),
                           cell(z, (corner & 4) != 0)};

@@ -37,7 +37,7 @@ Result<std::vector<VdbPlace>> vdbPlacesOf(std::span<const std::filesystem::path>
 /// Reads grids, and keeps the file of the last one open.
 class VdbPlaceReader {
  public:
-  /// As VdbFile::read.
+  /// Reads a grid, as VdbFile::read does.
   Result<VdbGrid> read(const VdbPlace& place, const VdbTreeOptions& how);
 
  private:

@@ -16,7 +16,7 @@
 /// Bytes of an untrusted .vdb file. For the sources of this folder only.
 namespace t4d::voxel4d {
 
-/// What is wrong with a file; callers prepend its name.
+/// A fault of a file; callers prepend its name.
 struct VdbDamage : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -34,7 +34,7 @@ T orThrow(Result<T> result) {
   if constexpr (!std::is_void_v<T>) return std::move(*result);
 }
 
-/// Throws VdbDamage.
+/// Throws VdbDamage unless `condition` holds.
 template <class... Values>
 void require(bool condition, fmt::format_string<Values...> otherwise, Values&&... values) {
   if (!condition) throw VdbDamage(fmt::format(otherwise, std::forward<Values>(values)...));

@@ -166,7 +166,7 @@ class TreeReader {
     return leaf;
   }
 
-  /// Into the file if there is one.
+  /// Reads the values of a leaf; numbers go into the file if there is one.
   void readLeafValues(Leaf& leaf, FrameFile* file) {
     const auto active = takeLeafMask();
     require(active == leaf.getValueMask(),

@@ -13,17 +13,17 @@
 
 namespace t4d::voxel4d {
 
-/// How the values of a tree are stored.
+/// The coding of the values of a tree.
 struct VdbCoding {
   std::uint32_t compression = 0;  ///< openvdb::io::COMPRESS_*
   bool half = false;              ///< values of voxels and tiles have 16 bits
 };
 
-/// Which part of a tree is read, and how.
+/// The part of a tree that is read, and where its values go.
 struct VdbTreeOptions {
   /// The values of leaf nodes are put into a file if they have this many bytes or more.
   std::size_t largeTree = kLargeFrame;
-  /// Outside is the background, inactive; values there are not kept in memory.
+  /// Values outside are the background, inactive, and are not kept in memory.
   std::optional<openvdb::CoordBBox> region = {};
 };
 

@@ -9,7 +9,7 @@
 
 namespace t4d::voxel4d {
 
-/// How matter moves at the time of a frame.
+/// The motion of matter at the time of a frame.
 struct VelocityField {
   /// The velocity at a lattice point of the frames, in lattice points per time unit; nothing where
   /// it is not known. Called from several threads.

@@ -55,7 +55,8 @@ class CrossingNumbers {
     }
   }
 
-  /// Those of the edges of the cube at this point of the block: that of edge e is at kOffsets[e].
+  /// The numbers of the edges of the cube at this point of the block: that of edge e is at
+  /// kOffsets[e].
   const std::uint32_t* at(unsigned index) const {
     return numbers_.data() + (index >> 6U) * kStrideX + (index >> 3U & 7U) * kStrideY +
            (index & 7U);

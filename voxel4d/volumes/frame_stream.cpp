@@ -250,7 +250,7 @@ Result<std::string> readLine(InputBytes& input) {
       kStandardInput);
 }
 
-/// What the header says; `first` is the first frame that follows.
+/// The volume that the header describes; `first` is the first frame that follows.
 Volume volumeOf(const json& header, const NpyArray& samples, std::uint64_t first) {
   Volume volume;
   const auto sizes = counts(require(header, "size"), "size", 1);

@@ -57,7 +57,7 @@ GzipStream::GzipStream(platform::OpenFile file)
 GzipStream::~GzipStream() = default;
 
 bool GzipStream::fill() {
-  // What is left comes first.
+  // The bytes that are left come first.
   std::copy_n(inflate_->next_in, inflate_->avail_in, input_.begin());
   inflate_->next_in = input_.data();
   const auto got =
@@ -71,7 +71,7 @@ bool GzipStream::fill() {
   return *got > 0;
 }
 
-/// After a member; another one may follow.
+/// Begins the next member, if one follows.
 void GzipStream::startMember() {
   while (inflate_->avail_in < 2 && fill()) {
   }

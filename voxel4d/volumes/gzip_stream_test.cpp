@@ -60,7 +60,7 @@ struct Unpacked {
   GzipStream::State state;
 };
 
-/// By pieces of so many bytes.
+/// Unpacks a file in pieces of this size.
 Unpacked unpacked(const std::string& file, std::size_t piece = 100'000) {
   const platform::TestFolder folder;
   auto opened = platform::OpenFile::openRegular(folder.write("a.gz", file));

@@ -10,7 +10,7 @@
 #include "model/number.h"
 #include "voxel4d/volumes/volume.h"
 
-/// What headers of volumes have in common. For the sources of this folder only.
+/// Functions that readers of headers share. For the sources of this folder only.
 namespace t4d::voxel4d {
 
 inline std::vector<std::string> wordsOf(const std::string& text) {
@@ -59,7 +59,7 @@ inline std::string shown(std::string_view text) {
   return word;
 }
 
-/// By the names bool, int8, ..., uint64, float32, float64.
+/// The type with one of the names bool, int8, ..., uint64, float32, float64.
 std::optional<SampleType> sampleTypeNamed(std::string_view name);
 std::string_view nameOf(SampleType type);
 

@@ -15,7 +15,7 @@
 namespace t4d::voxel4d {
 namespace {
 
-/// Where the fields of a header are, in bytes.
+/// The offsets of the fields of a header, in bytes.
 struct Layout {
   bool second;  // NIfTI-2: sizes of 64 bits, floats of 64 bits
   int dim, datatype, pixdim, offset, slope, units, qform, quaternion, shift, srow, toffset, magic;

@@ -12,7 +12,7 @@
 
 namespace t4d::voxel4d {
 
-/// What the header of a .npy file says of the samples that follow it.
+/// The data in the header of a .npy file about the samples that follow it.
 struct NpyArray {
   SampleType type = SampleType::Float32;
   std::endian order = std::endian::little;

@@ -275,7 +275,7 @@ std::optional<std::vector<std::string>> unitsIn(const std::string& text, std::si
   return words;
 }
 
-/// Where axes begin, of samples without directions.
+/// Sets where axes begin for samples without directions.
 Result<void> placeByMins(const Header& header, const std::optional<std::size_t>& time,
                          bool hasDirections, Volume& volume) {
   const bool spaced = !header("spacings").empty() || hasDirections;
@@ -368,7 +368,7 @@ Result<std::optional<std::size_t>> timeAxisInSpace(const Header& header,
   return time;
 }
 
-/// Which axis is the time, if one is.
+/// The axis that is the time, if one is.
 Result<std::optional<std::size_t>> timeAxisOf(const Header& header, const SpaceVectors& directions,
                                               std::size_t count) {
   const auto inSpace = timeAxisInSpace(header, directions);
@@ -425,7 +425,7 @@ void takeSpace(const Space& space, bool hasDirections, Volume& volume) {
   }
 }
 
-/// Units of length and time. What `units` and `space units` say both must agree.
+/// Sets the units of length and time. `units` and `space units` must agree where both give one.
 Result<void> takeUnits(const Header& header, const std::optional<std::size_t>& time,
                        std::size_t dimension, Volume& volume) {
   const std::size_t count = volume.sizes.size();
@@ -640,11 +640,10 @@ Result<std::vector<std::string>> numbered(const Header& header,
   return names;
 }
 
-/// What is between the beginning of a data file and its samples.
+/// The part of a data file before its samples.
 struct Skips {
   std::uint64_t lines = 0;
-  /// After the lines; of bytes that are compressed, those unpacked. Nothing: the samples are at the
-  /// end.
+  /// Bytes after the lines, unpacked if they are compressed. Nothing: the samples are at the end.
   std::optional<std::uint64_t> bytes = 0;
 };
 

@@ -211,7 +211,7 @@ TEST_F(NrrdFile, IndexValuesOfSequencesAreTimes) {
   EXPECT_EQ(found->marks, kPlacedMarks);
   EXPECT_EQ(found->timeUnit, "s");
   EXPECT_FALSE(found->isOneApart);
-  // As 3D Slicer writes numbers: encoded as in URLs, and with the list as the first axis.
+  // 3D Slicer writes numbers encoded as in URLs, and with the list as the first axis.
   const auto encoded = read("txyz",
                             "space: left-posterior-superior\nspace directions: none (2,0,0) "
                             "(0,2,0) (0,0,2)\nspace origin: (10,20,30)\nkinds: list domain domain "
@@ -222,7 +222,7 @@ TEST_F(NrrdFile, IndexValuesOfSequencesAreTimes) {
   ASSERT_TRUE(encoded) << encoded.error().text();
   EXPECT_EQ(encoded->times, (Times{-1.5, 0, 10}));
   EXPECT_EQ(encoded->marks, kPlacedMarks);
-  // Of another axis.
+  // These are values of another axis.
   const auto other = read(list + "axis 0 index values:=5 6 7 8 9 10\n");
   ASSERT_TRUE(other) << other.error().text();
   EXPECT_EQ(other->times, (Times{0, 1, 2}));

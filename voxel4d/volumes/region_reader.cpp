@@ -109,7 +109,7 @@ class RegionReader : public SampleReader {
 }  // namespace
 
 Result<std::unique_ptr<SampleReader>> openRegion(const Volume& volume, const SampleData& data) {
-  // What is written to a stream is the region.
+  // A stream contains the region only.
   if (data.encoding == SampleEncoding::Stream) return openSamples(data, volume.type, 0);
   const std::vector<FileAxis> axes = axesOf(volume);
   std::uint64_t bytes = sizeOf(volume.type);

@@ -64,7 +64,7 @@ std::string stored(double value, bool swapped) {
   return bytes;
 }
 
-/// How samples are written.
+/// The coding of samples.
 struct Coding {
   std::string axes = "xyzt";  // the fastest first
   std::string type = "float";
@@ -155,7 +155,7 @@ TEST(RegionOfAVolume, IsTheVolumeCroppedWithItsOriginMoved) {
     } else {
       options.iso = 49.5;
     }
-    // Where the region is, in time as well.
+    // The region starts here in time.
     options.startTime = 0.125 * static_cast<double>(part[3].begin);
     const Woven expected = woven({folder / "part.nrrd"}, options);
     options.startTime = std::nullopt;

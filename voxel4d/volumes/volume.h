@@ -19,7 +19,7 @@ enum class SampleEncoding : std::uint8_t { Raw, Gzip, Text, Stream };
 
 class SampleReader;
 
-/// Where samples are.
+/// The place of samples.
 struct SampleData {
   std::filesystem::path path;
   std::uint64_t offset = 0;  ///< of the data in the file, as they are stored
@@ -35,7 +35,7 @@ struct StoredAxis {
   std::uint64_t first = 0;  ///< the first that is read
 };
 
-/// What the header of a file of samples says: one frame or several, on one lattice.
+/// The contents of the header of a file of samples: one frame or several, on one lattice.
 struct Volume {
   std::string where;  ///< for errors: the file with the header
 
@@ -48,10 +48,10 @@ struct Volume {
   /// y, z or t.
   std::vector<std::uint64_t> sizes;
   std::string axes;
-  /// Of a region: each axis of the data, of which `sizes` are read. Else empty.
+  /// The axes of the stored data if only a region of it, `sizes`, is read. Else empty.
   std::vector<StoredAxis> stored = {};
 
-  /// From (i, j, k), numbers of a sample along x, y and z, to a position.
+  /// Maps (i, j, k), numbers of a sample along x, y and z, to a position.
   model::Affine3x4 place = model::Affine3x4::Identity();
   /// What positions are relative to a patient, "RAS" (x to the right, y anterior, z superior) or
   /// "LPS"; "" if that is not said.

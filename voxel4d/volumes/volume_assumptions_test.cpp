@@ -148,7 +148,7 @@ TEST_F(Assumed, PlacesThatDifferByRoundingAreOne) {
                                             "first frame (first.nii): a corner of its samples is 1 "
                                             "voxels away"));
   EXPECT_THAT(moved(0.6F, -1), HasSubstr("0.8 voxels away"));
-  // What the caller says of places counts.
+  // A place that the caller gives overrides the file's.
   EXPECT_EQ(
       refusal({first, frame("moved.nii", 1, {{280, {0.5F, 0, 0, 7}}})}, {.origin = {{0, 0, 0}}}),
       "(was accepted)");
@@ -202,7 +202,7 @@ TEST_F(Assumed, SamplesWithoutDataLieOutside) {
   EXPECT_NEAR(report(nan, {.iso = 0.5, .outside = NAN}).hypervolume, expected, 1e-6);
   EXPECT_GT(report(high, {.iso = 0.5}).hypervolume, expected + 0.5);
   EXPECT_NEAR(report(high, {.iso = 0.5, .outside = 9999.9}).hypervolume, expected, 1e-6);
-  // Inside is below, where what has no data would be inside, too.
+  // Low values are inside, where samples without data would be inside, too.
   const fs::path padded = npy<float>("padded.npy", "<f4", 7, [&](auto... at) {
     const float value = sample(0)(at...);
     return value > 0 ? -1.0F : -2000.0F;

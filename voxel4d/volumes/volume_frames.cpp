@@ -58,7 +58,7 @@ const std::vector<Row>& rows() {
   return table;
 }
 
-/// By an extension that the name ends with; null for none.
+/// The row for an extension that the name ends with; null for none.
 const Row* rowOf(const fs::path& path) {
   std::string name = path.filename().string();
   std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
@@ -155,7 +155,7 @@ class FrameByFrame {
   std::optional<platform::ScratchFile> file_;
 };
 
-/// Where a volume goes on beyond its region.
+/// The sides on which a volume goes on beyond its region.
 RegionBorder borderOf(const Volume& volume) {
   std::array<IndexRange, 3> cut;
   std::array<std::int64_t, 3> offset{};
@@ -248,7 +248,7 @@ class Frames : public FrameSource {
     const bool series = volumes_.size() > 1;
     const std::uint64_t frameInFile = series ? 0 : index;
     const std::size_t size = sizeOf(volume.type);
-    // Of the samples in a file: `inner` follow one another in one frame.
+    // Runs of samples in a file: `inner` follow one another in one frame.
     std::uint64_t inner = 1;
     std::uint64_t outer = 1;
     const std::size_t time = std::min(volume.axes.find('t'), volume.axes.size());
@@ -443,7 +443,7 @@ Result<model::Affine3x4> placeOf(const Volume& volume, const VolumeOptions& opti
   return place;
 }
 
-/// Where two places of `size` samples differ most, for a message.
+/// The largest difference of two placements of `size` samples, for a message.
 std::string differenceOf(const model::Affine3x4& first, const model::Affine3x4& other,
                          const Eigen::Vector3d& size) {
   constexpr std::array<std::string_view, 4> kParts = {"voxel edge along x", "voxel edge along y",

@@ -36,7 +36,7 @@ bool isDataOnly(const std::string& name) {
   return name.ends_with(".img") || (name.ends_with(".raw") && name != "line.raw");
 }
 
-/// For formats that do not say where samples are.
+/// Options for formats that do not say where samples are.
 VolumeOptions placed() {
   return {.frameTime = 0.25, .spacing = {{0.5, 0.5, 0.5}}, .origin = {{-1, 2, 0.25}}};
 }

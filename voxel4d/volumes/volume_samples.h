@@ -13,7 +13,7 @@ std::map<std::string, std::string> volumeSamples();
 /// The value of a sample in these: the distance from the ball, negative inside.
 float volumeSample(int x, int y, int z, int frame);
 
-/// Packed by gzip.
+/// The bytes packed by gzip.
 std::string gzipped(const std::string& bytes);
 
 }  // namespace t4d::voxel4d
