@@ -15,11 +15,11 @@ namespace t4d::formats {
 
 /// A solid that is deformed.
 struct LoadedDeformation {
-  /// At rest: the first mesh of a series, the mesh beside a cache. Of its attributes, it keeps the
-  /// look of the surface: `color`, `uv` and `material`.
+  /// The solid at rest: the first mesh of a series, or the mesh beside a cache. It keeps the look
+  /// of the surface: `color`, `uv` and `material`.
   LoadedMesh solid;
   std::unique_ptr<model::VertexKeys> keys;
-  /// Of each key of a series, for errors; empty for a point cache.
+  /// The file of each key of a series, for errors; empty for a point cache.
   std::vector<std::filesystem::path> files = {};
   bool timed = false;  ///< the times are from a file
 };

@@ -8,8 +8,8 @@ namespace t4d::formats {
 
 Result<void> placeVertices(const FilePoints& file, std::span<const model::Point3> points,
                            std::span<model::Point3> vertices, const std::string& where) {
-  // Of the extent of them all: float32 coordinates and the arithmetic of other programs round by
-  // less.
+  // A fraction of the extent of all vertices: float32 coordinates and the arithmetic of other
+  // programs round by less.
   constexpr double kTogether = 1e-5;
   model::Bounds3 bounds;
   std::vector<std::uint32_t> pointOf(vertices.size(), FilePoints::kUnused);

@@ -82,7 +82,7 @@ double largestExtent(const MovingShape& shape, std::size_t vertexCount,
                      const model::TimeSpan& played) {
   double largest = 0;
   std::vector<model::Point3> positions(vertexCount);
-  // What is hidden at first has its size later.
+  // A shape that is hidden at first has its size later.
   for (const double time : {played.begin, played.begin / 2 + played.end / 2, played.end}) {
     shape.place(time, false, positions);
     model::Bounds3 bounds;

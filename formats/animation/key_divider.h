@@ -19,7 +19,7 @@ class MovingShape {
 
   /// The places at a time; `atEnd`: as the end of what is before it, where they jump.
   virtual void place(double time, bool atEnd, std::span<model::Point3> into) const = 0;
-  /// What moves all vertices from where they are in the shape; nothing if they move apart.
+  /// The map that moves all vertices from where they are in the shape; nothing if they move apart.
   virtual std::optional<Eigen::Affine3d> pose(double time, bool atEnd) const = 0;
   /// A bound of the second derivative of every vertex's place over an interval without keys inside.
   virtual double accelerationBound(double begin, double end) const = 0;

@@ -73,7 +73,7 @@ Result<MeshSteps> stepsOfCollection(const fs::path& path) {
   if (!file) return file.error();
   const auto vtk = VtkFile::open(*file, VtkType::Collection);
   if (!vtk) return vtk.error();
-  // By time and part, and parts of the same number in the order of the file.
+  // Files by time and part; parts of the same number are in the order of the file.
   std::map<double, std::multimap<std::int64_t, fs::path>> files;
   for (const VtkDataSet& listed : vtk->dataSets()) {
     const auto time = timeOf(listed, *file);

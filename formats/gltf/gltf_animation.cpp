@@ -246,7 +246,7 @@ class AnimationReader {
     return {};
   }
 
-  /// At the first time at which the node has a size.
+  /// Whether the node mirrors, at the first time at which it has a size.
   bool mirrors(int index) const {
     std::set<double> times = {0, moving_->end};
     for (int i = index; i >= 0; i = moving_->node(i).parent) {

@@ -24,7 +24,7 @@ struct GltfAnimationOptions {
   /// way round, in metres; without it, a thousandth of the largest extent of each body at the
   /// first, the middle and the last time.
   std::optional<double> tolerance = {};
-  /// Of the prisms that bodies are swept with (model::Chords).
+  /// The edge factor of the prisms that bodies are swept with (model::Chords).
   double edgeFactor = model::kEdgeFactorOf14;
 };
 

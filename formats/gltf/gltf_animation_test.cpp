@@ -77,7 +77,7 @@ class Gltf {
   int channels_ = 0;
 };
 
-/// With the tolerance of vertices alone, unless edges count, too.
+/// Reads with the tolerance of vertices alone, unless edges count, too.
 AnimatedScene readOf(const InputFile& file, double tolerance, double edgeFactor = 0) {
   auto scene = readGltfAnimation(file, {"", "", tolerance, edgeFactor});
   EXPECT_TRUE(scene) << scene.error().text();
@@ -195,7 +195,7 @@ TEST(GltfAnimation, SplinesStayWithinTheTolerance) {
   expectWithinTolerance(turned.file(), 0.01, 0.02);
 }
 
-/// That of glTF 2.0, appendix C.5: the tangents count by the duration of the segment.
+/// The spline of glTF 2.0, appendix C.5: the tangents count by the duration of the segment.
 Eigen::VectorXd splineAt(const std::vector<double>& times, const std::vector<double>& numbers,
                          double time) {
   const auto width = static_cast<Eigen::Index>(numbers.size() / times.size() / 3);
@@ -247,7 +247,7 @@ TEST(GltfAnimation, PlacesAreThoseOfTheCurvesAtAllKeys) {
     const Eigen::Quaterniond turn(Eigen::Vector4d(splineAt({0, 2, 4.5}, turns, time)));
     return turn.normalized() * p + Point3(splineAt(times, ways, time));
   });
-  // By 90 degrees about z in a unit of time, and on by 120 in two.
+  // The node turns by 90 degrees about z in a unit of time, and on by 120 in two.
   const double sine = std::sin(105 * std::numbers::pi / 180);
   const double cosine = std::cos(105 * std::numbers::pi / 180);
   Gltf linear;
@@ -287,7 +287,7 @@ TEST(GltfAnimation, AScaleKeepsItsSignOrHides) {
   EXPECT_TRUE(read("LINEAR", {-1, 1, 1, -2, 1, 0.1}));
   // Hidden at first, and so without a size at time 0.
   EXPECT_TRUE(read("STEP", {0, 0, 0, 1, 1, 1}));
-  // From 1 to 1, by way of -0.25 or of 0.25.
+  // The scale goes from 1 to 1, by way of -0.25 or of 0.25.
   const auto spline = [](double tangent) {
     return std::vector<double>{0, 0, 0, 1, 1, 1, tangent, 0, 0, -tangent, 0, 0, 1, 1, 1, 0, 0, 0};
   };
@@ -507,7 +507,7 @@ InputFile withAnimationsBefore(Gltf& gltf, const char* targetOfRun, const char* 
   return file;
 }
 
-/// Of the first vertex, at the last key.
+/// The x coordinate of the first vertex at the last key.
 double xAtEnd(const AnimatedBody& body) {
   return positionsAt(body, body.runs.at(0)->count() - 1)[0].x();
 }

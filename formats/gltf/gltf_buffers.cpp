@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-/// With each `%XX` replaced by the byte that it stands for.
+/// The URI with each `%XX` replaced by the byte that it stands for.
 std::string percentDecoded(std::string_view uri) {
   std::string text;
   for (std::size_t i = 0; i < uri.size(); ++i) {

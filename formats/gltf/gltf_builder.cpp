@@ -596,7 +596,7 @@ Result<void> GltfBuilder::addTarget(int mesh, const Layout& layout, const NamedM
                               "morph target can hold; use at most 15 bits",
                               shape.name));
     }
-    // From the rounded place, so that rounding happens once.
+    // Displacements are from the rounded place, so that rounding happens once.
     const model::Point3 move =
         shape.mesh.vertices[source] - center - layout.places[i].cast<double>();
     if (!(move.cwiseAbs().maxCoeff() <= std::numeric_limits<float>::max())) {

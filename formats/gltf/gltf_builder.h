@@ -87,7 +87,7 @@ class GltfBuilder {
   Result<std::vector<std::string>> finish(OutputFile& file);
 
  private:
-  /// What a piece of the buffer holds.
+  /// A piece of the buffer.
   struct Piece {
     std::vector<unsigned char> bytes = {};  // filled up to a multiple of four
     std::size_t elementBytes = 1;

@@ -153,7 +153,7 @@ MatrixXd GltfCurve::segment(std::size_t key) const {
     out = Eigen::Map<const VectorXd>(&numbers_[(3 * key + 2) * width], width_);
     in = Eigen::Map<const VectorXd>(&numbers_[3 * (key + 1) * width], width_);
   }
-  // Hermite to Bezier.
+  // Converts Hermite to Bezier.
   MatrixXd points(width_, 4);
   points << from, from + duration / 3 * out, to - duration / 3 * in, to;
   return points;

@@ -18,7 +18,7 @@ class GltfCurve {
   enum class Interpolation : std::uint8_t { Step, Linear, CubicSpline };
   /// Truths are 0 for false, and STEP.
   enum class Kind : std::uint8_t { Vector, Rotation, Weights, Truth };
-  /// At a jump, the value before or behind it.
+  /// The side of a jump: the value before or behind it.
   enum class Side : std::uint8_t { Before, Behind };
 
   /// Reads the sampler of a channel; `width` numbers make a value: 3 of a vector, 4 of a
@@ -34,12 +34,12 @@ class GltfCurve {
   /// The times after 0 at which a STEP curve changes.
   std::vector<double> jumps() const;
   Eigen::VectorXd at(double time, Side side) const;
-  /// Of a LINEAR rotation, keys that are half a turn apart, the later one after time 0; of anything
-  /// else, none.
+  /// Keys of a LINEAR rotation that are half a turn apart, the later one after time 0; none for
+  /// other curves.
   std::vector<model::HalfTurn> halfTurns() const;
 
   /// The control points of the curve on [begin, end], which holds no key but at its ends, as
-  /// columns: a Bezier curve lies in their hull. The same of its derivatives. Not of a LINEAR
+  /// columns: a Bezier curve lies in their hull. Those of its derivatives, too. Not for a LINEAR
   /// rotation.
   struct Hull {
     Eigen::MatrixXd value;
@@ -48,8 +48,8 @@ class GltfCurve {
   };
   Hull hull(double begin, double end) const;
 
-  /// Of the matrix of a rotation on such an interval; infinite where the interval is too long to
-  /// tell that a CUBICSPLINE does not pass through zero.
+  /// The bound of the matrix of a rotation on such an interval; infinite where the interval is too
+  /// long to tell that a CUBICSPLINE does not pass through zero.
   CurveBound rotationBound(double begin, double end) const;
 
  private:

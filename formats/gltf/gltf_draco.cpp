@@ -24,7 +24,7 @@ using nlohmann::json;
 constexpr std::array<std::pair<std::string_view, std::uint64_t>, 4> kAttributeTypes = {
     std::pair{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}};
 
-/// What the extension of a primitive says.
+/// The contents of the extension of a primitive.
 struct DracoPrimitive {
   std::uint64_t bufferView = 0;
   DracoMesh mesh;
@@ -66,7 +66,7 @@ class DracoUnpacker {
     return {};
   }
 
-  /// Whether what is compressed is there without compression, too.
+  /// Whether the compressed data is there without compression, too.
   bool isPlain(const json& primitive) const {
     const auto attributes = primitive.find("attributes");
     if (attributes == primitive.end() || !attributes->is_object()) return false;

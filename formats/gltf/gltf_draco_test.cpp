@@ -118,7 +118,7 @@ struct DracoFile {
   }
 };
 
-/// What is said of the primitive, without its place.
+/// The error about the primitive, without its place.
 std::string problemOf(DracoFile& file) {
   const std::string text = errorOf("a.gltf", file.text());
   const std::string begin =

@@ -31,13 +31,13 @@ class GltfGeometry {
   };
   const std::vector<Part>& parts() const { return parts_; }
 
-  /// As MeshBuilder::keepCornersIn.
+  /// Calls MeshBuilder::keepCornersIn.
   void keepCornersIn(FileCorners& corners) { builder_.keepCornersIn(corners); }
 
   /// For each triangle of the mesh that `finish` makes, the number of its part. Filled by `finish`.
   void keepPartsIn(std::vector<std::uint32_t>& parts) { builder_.keepPartsIn(parts); }
 
-  /// As MeshBuilder::finish.
+  /// Calls MeshBuilder::finish.
   Result<LoadedMesh> finish() && { return std::move(builder_).finish(); }
 
  private:

@@ -98,7 +98,7 @@ class HierarchyReader {
                      where);
     }
     auto* node = nodeAt(index);
-    // What is not in the scene does not move anything.
+    // Nodes outside the scene move nothing.
     if (node == nullptr || target.property == Property::Other) return {};
     const GltfCurve*& slot = slotOf(**node, index, target.property);
     if (slot != nullptr) {

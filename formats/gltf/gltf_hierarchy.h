@@ -32,7 +32,7 @@ struct GltfMovingNode {
     return translations != nullptr || rotations != nullptr || scales != nullptr;
   }
   Eigen::Affine3d at(double time, GltfCurve::Side side) const;
-  /// Of the place of a point that moves within this node's coordinates: x -> T + R S x.
+  /// The bound of the place of a point that moves within this node's coordinates: x -> T + R S x.
   CurveBound bound(const CurveBound& point, double begin, double end) const;
 };
 
@@ -51,7 +51,7 @@ struct GltfHierarchy {
   }
   const GltfMovingNode& node(int index) const { return *nodes[static_cast<std::size_t>(index)]; }
 
-  /// From the coordinates of a node to those of the scene.
+  /// Maps the coordinates of a node to those of the scene.
   Eigen::Affine3d world(int index, double time, GltfCurve::Side side) const;
   /// Whether the node and all above it are visible (KHR_node_visibility).
   bool isVisible(int index, double time, GltfCurve::Side side) const;

@@ -9,7 +9,7 @@
 
 namespace t4d::formats {
 
-/// What the reader takes of a document.
+/// The parts of a document that the reader uses.
 struct GltfUse {
   std::set<int> nodes;            ///< of the scene, with a mesh at or below them; hidden ones, too
   std::set<int> meshes;           ///< of these nodes; without nodes, all of them

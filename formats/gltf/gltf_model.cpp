@@ -35,7 +35,7 @@ struct Container {
   std::optional<std::string_view> binary;  ///< the chunk after the JSON; nothing if there is none
 };
 
-/// The chunk of a .glb after its JSON. What follows it is ignored, as the specification asks.
+/// The chunk of a .glb after its JSON. Bytes that follow it are ignored, as the specification asks.
 Result<std::optional<std::string_view>> binaryChunkOf(const InputFile& file, std::size_t begin,
                                                       std::size_t end) {
   std::optional<std::string_view> chunk;

@@ -11,7 +11,7 @@
 #include "formats/input_file.h"
 #include "t4d/error.h"
 
-/// What to check before and after tinygltf parses a file.
+/// Checks before and after tinygltf parses a file.
 namespace t4d::formats {
 
 struct GltfModel {
@@ -25,8 +25,8 @@ struct GltfModel {
 /// versions, required extensions that would change the geometry, and as unpackDracoPrimitives.
 Result<GltfModel> loadGltfModel(const InputFile& file);
 
-/// What helps with an extension that is not supported: PlainGltf for those that common programs
-/// take out.
+/// The remedy for an extension that is not supported: PlainGltf for those that common programs take
+/// out.
 Remedy gltfRemedyFor(std::string_view extension);
 
 /// The numbers of an accessor, element after element, `components` each: normalised integers are
@@ -35,7 +35,7 @@ Remedy gltfRemedyFor(std::string_view extension);
 Result<std::vector<double>> readGltfAccessor(const InputFile& file, const tinygltf::Model& model,
                                              int accessor, int components);
 
-/// FILE: KIND[INDEX], for `where` of errors; `member` follows, as in `.channels[0]`.
+/// The place FILE: KIND[INDEX], for `where` of errors; `member` follows, as in `.channels[0]`.
 Place gltfElement(const InputFile& file, const char* kind, int index,
                   const std::string& member = {});
 

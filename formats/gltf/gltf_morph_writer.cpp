@@ -46,7 +46,7 @@ Result<void> MorphWriter::State::animate(const Body& body, double end, GltfChann
   for (std::size_t i = 0; i < targets; ++i) {
     ones.push_back(static_cast<std::uint32_t>((i + 1) * targets + i));
   }
-  // All channels are as long.
+  // All channels have the same length.
   if (static_cast<float>(end) > seconds.back()) {
     seconds.push_back(static_cast<float>(end));
     ones.push_back(static_cast<std::uint32_t>(seconds.size() * targets - 1));

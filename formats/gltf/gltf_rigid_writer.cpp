@@ -64,7 +64,7 @@ Result<void> addBodies(std::span<const RigidBody> bodies, double seconds,
     tinygltf::Node node;
     node.name = body.mesh.name;
     node.mesh = *mesh;
-    // At rest, the first key.
+    // The node at rest has the first key.
     const RigidBody::Key& first = body.keys.front();
     const Eigen::Quaterniond rotation = first.rotation.normalized();
     const model::Point3 place = first.translation - center;

@@ -21,10 +21,10 @@ struct RigidBody {
     Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
     model::Point3 translation = model::Point3::Zero();
   };
-  /// In order of time, at least one. Players turn at a constant speed the shorter way, and move
-  /// straight, from one to the next.
+  /// Keys in order of time, at least one. Players turn at a constant speed the shorter way, and
+  /// move straight, from one to the next.
   std::vector<Key> keys = {};
-  /// From when on it is shown (true) or hidden, the first from 0 on; empty: always shown.
+  /// Times from which it is shown (true) or hidden, the first 0; empty: always shown.
   std::vector<std::pair<double, bool>> shown = {};
 };
 

@@ -22,7 +22,7 @@ struct GltfInfluence {
   double weight = 0;
 };
 
-/// What becomes of the vertices of a node's mesh.
+/// The shape of a node's mesh: the data that moves its vertices.
 struct GltfShape {
   int node = 0;
   std::vector<model::Point3> base;
@@ -32,7 +32,7 @@ struct GltfShape {
   std::vector<GltfJoint> joints;                       // none without a skin
   std::vector<std::vector<GltfInfluence>> influences;  // of each vertex
 
-  // For bounds: the largest distances from the origin, of the vertices, of each target's
+  // Data for bounds: the largest distances from the origin, of the vertices, of each target's
   // displacements, and of the vertices that hang on each joint, in its coordinates.
   double baseReach = 0;
   std::vector<double> targetReach;

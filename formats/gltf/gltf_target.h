@@ -8,13 +8,13 @@
 
 namespace t4d::formats {
 
-/// What a channel of an animation moves.
+/// The property that a channel of an animation moves.
 struct GltfTarget {
   enum class Property : std::uint8_t { Translation, Rotation, Scale, Weights, Visible, Other };
 
   Property property = Property::Other;
   std::vector<int> nodes;  ///< all that it moves; their numbers are not checked
-  /// For messages: `translation`, or a pointer such as `/nodes/1/translation`.
+  /// The name for messages: `translation`, or a pointer such as `/nodes/1/translation`.
   std::string name;
 };
 

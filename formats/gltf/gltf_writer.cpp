@@ -93,7 +93,7 @@ Result<GltfBuilder> builderOf(const std::filesystem::path& path, const MeshWrite
 
 }  // namespace
 
-/// Of a frame in the buffer, at most: what it shares with others is not known before.
+/// The largest size of a frame in the buffer: what it shares with others is not known before.
 std::uint64_t FlipbookWriter::State::mostBytes(std::span<const NamedMesh> meshes) const {
   std::uint64_t bytes = 64;  // times of its keys
   for (const NamedMesh& named : meshes) {

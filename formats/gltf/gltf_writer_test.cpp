@@ -152,7 +152,7 @@ TEST(GltfWriter, WritesAPrimitiveForEachMaterialOfTriangles) {
     if (path.extension() == ".obj") continue;
     EXPECT_EQ(documentOf(path)["meshes"][0]["primitives"].size(), 4U);
   }
-  // Without names, or without attributes, all is one.
+  // Without names, or without attributes, there is one primitive.
   for (const auto& other : {MeshWriteOptions{.attributes = true}, MeshWriteOptions{}}) {
     const auto path = temporaryPath("one.glb");
     const auto lost = writeTriangleMeshes(path, std::vector{named}, other);

@@ -16,7 +16,7 @@ namespace t4d::formats {
 std::optional<std::vector<unsigned char>> meshoptPacked(std::span<const unsigned char> bytes,
                                                         std::size_t elementBytes, bool isTriangles);
 
-/// What a compressed buffer view stands for, in the words of the extension.
+/// The contents of a compressed buffer view, in the words of the extension.
 struct MeshoptView {
   std::size_t count = 0;
   std::size_t byteStride = 0;

@@ -182,7 +182,7 @@ TEST(Vtu, PyramidsAndWedgesCloseASolidWithHexahedra) {
     side.push_back(8);
     cells.push_back(side);
   }
-  // Whatever the numbers of the vertices: cells are pulled from the smallest.
+  // Any numbering works: cells are pulled from the smallest vertex.
   const auto expectHypervolume = [&](const std::string& types, double expected) {
     const int count = static_cast<int>(vertices.size());
     for (int shift = 0; shift < count; ++shift) {
@@ -446,7 +446,7 @@ TEST(PackedBlock, GivesItsBytesBackAndRefusesOthers) {
 }
 
 TEST(PackedBlock, UnpacksToAtMostItsRatio) {
-  // As many zeros as there are, which nothing else compresses better.
+  // A text of zeros: nothing else compresses better.
   const std::string zeros(std::size_t{1} << 26, '\0');
   for (const Compressor compressor : {Compressor::Zlib, Compressor::Lz4, Compressor::Lzma}) {
     const std::size_t ratio = zeros.size() / packedWith(compressor, zeros).size();
@@ -752,7 +752,7 @@ TEST(G4mf, RotorsTurnTheFirstAxisOfAPlaneTowardsTheSecond) {
           << plane << " " << axis;
     }
   }
-  // In xy and zw at once: the product of both rotors.
+  // A turn in xy and zw at once: the product of both rotors.
   const auto both = verticesOf("[0.64,0.48,0,0,0,0,0.48,0.36]");
   EXPECT_LE((both[1] - model::Point4(0.28, 0.96, 0, 0)).norm(), 1e-12);
   EXPECT_LE((both[3] - 3 * model::Point4(0, 0, 0.28, 0.96)).norm(), 1e-12);

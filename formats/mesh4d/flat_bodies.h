@@ -40,7 +40,7 @@ class FlatBodies {
   /// Finds the attributes that `keeps` accepts and that all slabs of all bodies have, of one type
   /// and number of components; one pass over the slabs.
   Result<void> findAttributes(bool (*keeps)(const model::Attribute&));
-  /// Those found, without rows, in the order of the first slab.
+  /// The attributes that were found, without rows, in the order of the first slab.
   std::span<const model::Attribute> attributes() const { return attributes_; }
   /// Calls back with the rows of one of them, for all vertices or all tetrahedra in order.
   Result<void> forRows(const model::Attribute& attribute,

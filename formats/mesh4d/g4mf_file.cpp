@@ -96,7 +96,7 @@ Result<void> G4mfFile::readChunks(const InputFile& file) {
   return {};
 }
 
-/// Of a binary file, the first chunk of type JSON, wherever it is.
+/// Parses a text file, or the first chunk of type JSON of a binary one, wherever it is.
 Result<void> G4mfFile::parseJson(const InputFile& file) {
   std::string_view text = file.bytes;
   if (text.starts_with("G4MF")) {

@@ -10,8 +10,8 @@
 
 #include "formats/input_file.h"
 
-/// The JSON of a G4MF file (.g4tf, .g4b), and its accessors as numbers. What they mean is
-/// g4mf_reader.cpp's.
+/// The JSON of a G4MF file (.g4tf, .g4b), and its accessors as numbers. g4mf_reader.cpp knows what
+/// they mean.
 namespace t4d::formats {
 
 class G4mfFile {

@@ -8,10 +8,10 @@
 /// surface for each body, the node named after it; vertices as float64.
 namespace t4d::formats {
 
-/// As text (.g4tf), the data as a Base64 URI. Takes memory for the whole text.
+/// Writes text (.g4tf), the data as a Base64 URI. Takes memory for the whole text.
 Result<void> writeG4mfText(const std::filesystem::path& path, const FlatBodies& mesh);
 
-/// As binary (.g4b), the data as one chunk without compression.
+/// Writes a binary file (.g4b), the data as one chunk without compression.
 Result<void> writeG4mfBinary(const std::filesystem::path& path, const FlatBodies& mesh);
 
 }  // namespace t4d::formats

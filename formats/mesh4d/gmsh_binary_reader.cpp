@@ -145,7 +145,7 @@ class GmshBinaryReader {
     return {};
   }
 
-  /// These are text.
+  /// Reads names, which are text even in binary files.
   Result<void> readPhysicalNames() {
     const auto count = lineNumber("the number of physical names");
     if (!count) return count.error();

@@ -6,7 +6,7 @@
 #include "formats/mesh4d/flat_bodies.h"
 #include "t4d/mesh.h"
 
-/// What both writers of Gmsh state about the bodies.
+/// Data about the bodies that both writers of Gmsh state.
 namespace t4d::formats {
 
 /// A name between quotes on one line.

@@ -12,7 +12,8 @@
 
 namespace t4d::formats {
 
-/// What the sections of a Gmsh file say, as text or binary. A position is what Mesh4dBuilder's is.
+/// The contents of the sections of a Gmsh file, text or binary. Positions are those of
+/// Mesh4dBuilder.
 class GmshMesh {
  public:
   using Position = Mesh4dBuilder::Position;

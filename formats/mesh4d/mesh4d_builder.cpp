@@ -101,7 +101,7 @@ Result<void> Mesh4dBuilder::addCell(const std::array<std::uint64_t, 4>& corners,
 
 Result<void> Mesh4dBuilder::addVertices(std::vector<Point4> vertices) {
   const bool good = std::ranges::all_of(vertices, [](const Point4& vertex) {
-    // Also false for what is not a number.
+    // This is also false for NaN.
     return (vertex.array().abs() <= model::kLargestCoordinate).all();
   });
   if (good && vertices_.empty() && vertices.size() <= kMostVertices) {

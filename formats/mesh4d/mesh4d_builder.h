@@ -14,7 +14,7 @@ namespace t4d::formats {
 /// Checks the vertices and tetrahedra of a file and makes bodies of them.
 class Mesh4dBuilder {
  public:
-  /// Of a cell or vertex in the file; `PlaceOf` turns it into the `where` of an error.
+  /// The position of a cell or vertex in the file; `PlaceOf` turns it into the `where` of an error.
   using Position = std::uint64_t;
   using PlaceOf = std::function<Place(Position)>;
 

@@ -12,7 +12,7 @@
 
 namespace t4d::formats {
 
-/// What a format of 4D meshes can hold. What it cannot, converting to it loses.
+/// The contents that a format of 4D meshes can hold. Converting to it loses the rest.
 struct Mesh4dKeeps {
   bool tetrahedra = true;  ///< otherwise only their triangles
   bool doubles = true;     ///< coordinates bit for bit
@@ -29,7 +29,7 @@ struct Mesh4dFormat {
   std::string_view id;  ///< how users name it: "off-stella"
   std::string_view name;
   std::vector<std::string_view> extensions;  ///< with their dots, in lower case
-  /// How the content tells that a file has this format, for users.
+  /// The content by which a file of this format is recognised, for users.
   std::string_view recognisedBy;
   /// Whether a file that begins with these bytes has this format.
   bool (*recognises)(std::string_view begin);
@@ -67,7 +67,7 @@ std::string writableMesh4dExtensions();
 Result<LoadedMesh4d> readMesh4d(const std::filesystem::path& path, const Mesh4dFormat* format,
                                 const Mesh4dFormat*& found);
 
-/// What writing `mesh` in this format loses, a sentence each; attributes and metadata excepted,
+/// The losses of writing `mesh` in this format, a sentence each; attributes and metadata excepted,
 /// which FlatBodies does not have.
 std::vector<std::string> mesh4dLosses(const Mesh4dFormat& format, const FlatBodies& mesh);
 

@@ -19,7 +19,8 @@ using model::Cell;
 
 // Numbers of geometries.
 constexpr std::int64_t kTetrahedron = 4;
-/// Of pentatopes: in MFEM's branch of 4D, in its later branch 4d_dev, and in MFEM itself.
+/// The numbers of pentatopes: in MFEM's branch of 4D, in its later branch 4d_dev, and in MFEM
+/// itself.
 constexpr std::array<std::int64_t, 3> kPentatopes = {6, 7, 8};
 
 // The shortest possible line, with its end: "0 0 0 0" of a vertex.
@@ -68,7 +69,7 @@ class MfemReader {
     if (!loaded) return loaded;
     loaded->dialect = made ? "boundary of pentatopes" : "boundary elements";
     if (!elements_.empty()) {
-      // Those inside are no part of the boundary.
+      // Notices about inner tetrahedra do not concern the boundary.
       loaded->notices.clear();
       loaded->losses.push_back(fmt::format("{}: only the boundary of the {} pentatopes is read",
                                            file_.path.string(), elements_.size()));

@@ -13,7 +13,7 @@ Result<void> writeStellaOff(const std::filesystem::path& path, const FlatBodies&
 
 Result<void> writeIjkOff(const std::filesystem::path& path, const FlatBodies& mesh);
 
-/// As `nOFF`: the triangles alone.
+/// Writes `nOFF`: the triangles alone.
 Result<void> writeGeomviewOff(const std::filesystem::path& path, const FlatBodies& mesh);
 
 }  // namespace t4d::formats

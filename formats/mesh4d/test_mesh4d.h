@@ -100,7 +100,7 @@ inline LoadedMesh4d read4dBytes(const std::string& name, const std::string& byte
   return loaded ? *loaded : LoadedMesh4d{};
 }
 
-/// As errorOf.
+/// Returns the text of the first error, as errorOf does.
 inline std::string error4dOf(const std::string& name, const std::string& bytes) {
   const auto path = writeFile(name, bytes);
   const auto loaded = read4d(path);
@@ -152,7 +152,7 @@ inline void turnOutward(Mesh4d& body) {
   }
 }
 
-/// What closed, oriented bodies enclose.
+/// The hypervolume that closed, oriented bodies enclose.
 inline double hypervolumeOf(const std::vector<Mesh4d>& bodies) {
   double sum = 0;
   for (const Mesh4d& body : bodies) {

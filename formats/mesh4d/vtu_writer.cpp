@@ -183,7 +183,7 @@ class VtuWriter {
         "byte_order=\"LittleEndian\" header_type=\"UInt64\" "
         "compressor=\"vtkZLibDataCompressor\">\n<!-- written by t4d: the point data t are the "
         "fourth coordinate, time -->\n<UnstructuredGrid>\n");
-    // As numbers, not as strings, which meshio does not read.
+    // Names are written as numbers, not as strings, which meshio does not read.
     std::string names;
     std::size_t count = 0;
     for (const CountedBody& body : bodies) {

@@ -6,9 +6,10 @@
 namespace t4d::formats {
 
 model::TriangleMesh boxMesh(const Eigen::Vector3d& size);
-/// With its axis along z. The curved side is a prism of kRoundSides sides inscribed in it.
+/// A cylinder with its axis along z. The curved side is a prism of kRoundSides sides inscribed in
+/// it.
 model::TriangleMesh cylinderMesh(double radius, double length);
-/// Of kRoundSides meridians and half as many rows of latitude, inscribed in the sphere.
+/// A sphere of kRoundSides meridians and half as many rows of latitude, inscribed in it.
 model::TriangleMesh sphereMesh(double radius);
 
 /// A cylinder along z between two halves of a sphere; `length` is that of the cylinder alone.

@@ -61,7 +61,7 @@ std::optional<Fields> arrayIn(const std::string& cell) {
   return elements;
 }
 
-/// Messages in JSON.
+/// The messages of a log in JSON.
 class Messages {
  public:
   explicit Messages(const InputFile& file) : file_(file) {}
@@ -124,7 +124,7 @@ class Messages {
                          fmt::join(positions.get<std::vector<double>>(), ","));
   }
 
-  /// Of a stamp or a duration, as ROS 1 and ROS 2 write them.
+  /// The seconds of a stamp or a duration, as ROS 1 and ROS 2 write them.
   static double secondsOf(const json& time) {
     if (time.is_number()) return time.get<double>();
     constexpr double kNanosecond = 1e-9;

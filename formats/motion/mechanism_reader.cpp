@@ -390,7 +390,7 @@ class MechanismParser {
     if (unit != "deg" && unit != "rad") {
       refuseJson(fmt::format("is in '{}', expected deg or rad", unit), motion.where("column"));
     }
-    // To the unit of the file, from which all are converted.
+    // Values are converted to the unit of the file, from which all are converted.
     if (angleUnit_.empty()) angleUnit_ = unit;
     if (unit != angleUnit_) {
       for (double& value : values.values) {
@@ -436,7 +436,7 @@ class MechanismParser {
     return names;
   }
 
-  /// Of a table; that of the file comes first.
+  /// Takes the unit of a table; that of the file comes first.
   void takeTimeUnit(const std::string& unit) {
     if (loaded_.timeUnit.empty()) loaded_.timeUnit = unit;
   }
@@ -576,7 +576,8 @@ class MechanismParser {
     return {};
   }
 
-  /// From the unit of its file, which in glTF and COLLADA is the metre, to that of the mechanism.
+  /// Converts a solid from the unit of its file, which in glTF and COLLADA is the metre, to that of
+  /// the mechanism.
   void convertSolid(const JsonObject& body, const std::filesystem::path& path,
                     model::TriangleMesh& mesh) const {
     const std::string extension = lowerCaseExtension(path);

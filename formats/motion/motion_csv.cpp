@@ -21,8 +21,8 @@
 namespace t4d::formats {
 namespace {
 
-/// What a column holds: one of the numbers of a pose. Numbered quaternions have their own numbers
-/// until it is known which is w.
+/// The contents of a column: one of the numbers of a pose. Numbered quaternions have their own
+/// numbers until it is known which is w.
 enum Part : int {
   kPosition = 0,
   kQuaternion = 3,
@@ -62,7 +62,8 @@ std::optional<int> lettered(std::string_view name, std::initializer_list<std::st
   return std::nullopt;
 }
 
-/// Of `field.pose.position.x` and `/tool/pose/position/x` the last two parts, with a dot.
+/// The last two parts of a name such as `field.pose.position.x` or `/tool/pose/position/x`, with a
+/// dot.
 std::string lastParts(const std::string& name) {
   const auto last = name.find_last_of("./");
   if (last == name.npos || last == 0) return name;
@@ -269,7 +270,7 @@ class TableReader {
                     named(), kKnownColumns));
   }
 
-  /// Which columns are missing of what is there in part.
+  /// The missing columns of the groups that are there in part.
   std::string missingColumns() const {
     std::vector<std::string_view> missing;
     for (const Group& group : kGroups) {
@@ -320,7 +321,7 @@ class TableReader {
     return findAngles();
   }
 
-  /// What angles are, and their unit.
+  /// Finds which columns are angles, and their unit.
   Result<void> findAngles() {
     const bool rollPitchYaw = has(kRollPitchYaw, kRotationVector);
     const bool vector = has(kRotationVector, kMatrix);
@@ -394,7 +395,7 @@ class TableReader {
   Result<void> addRow() {
     const auto pose = readPose();
     if (!pose) return pose.error();
-    // Of the two quaternions of a rotation, one.
+    // Either quaternion of a rotation stands for both.
     Eigen::Vector4d q = pose->quaternion.coeffs();
     const Eigen::Vector4d other = -q;
     if (std::ranges::lexicographical_compare(q, other)) q = other;
@@ -483,7 +484,7 @@ class TableReader {
     return pose;
   }
 
-  /// What is unusual about the table, for a note.
+  /// Unusual properties of the table, for a note.
   std::string form() const {
     std::vector<std::string> parts = table_.form();
     parts.insert(parts.end(), notes_.begin(), notes_.end());

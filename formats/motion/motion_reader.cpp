@@ -84,7 +84,7 @@ Result<model::Motion> motionOf(const json& value, const Place& name) {
 }  // namespace
 
 Result<model::Motion> parseMotion(const std::string& text, const Place& name) try {
-  // Of a key that comes twice the parser would keep the last value.
+  // The parser would keep the last value of a key that comes twice.
   if (auto good = checkJson(text, name); !good) return good.error();
   return motionOf(json::parse(text), name);
 } catch (const JsonRefusal& refusal) {

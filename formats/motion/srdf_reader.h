@@ -10,7 +10,7 @@
 
 namespace t4d::formats {
 
-/// What an SRDF file (a robot's semantic description, as MoveIt writes it) says of pairs of links.
+/// The pairs of links in an SRDF file (a robot's semantic description, as MoveIt writes it).
 struct DisabledCollisions {
   using Pair = std::array<std::string, 2>;
 

@@ -29,7 +29,7 @@ class TimeColumn {
   /// times are to have, "" for that of the column, or seconds if that is nanoseconds. Fails for a
   /// unit that is not one of time.
   Result<void> choose(std::span<const double> first, const std::string& wanted);
-  /// Of the times, after choose(); "" if unknown.
+  /// The unit of the times, after choose(); "" if unknown.
   const std::string& unit() const { return unit_; }
   double at(std::span<const double> numbers) const;
 
@@ -51,7 +51,7 @@ class RowTimes {
 
   const std::vector<double>& times() const { return times_; }
   const std::vector<std::uint64_t>& lines() const { return lines_; }  ///< one for each time
-  /// What was left out, for a note; "" for nothing.
+  /// The rows that were left out, for a note; "" for none.
   std::string notice() const;
 
  private:
@@ -62,7 +62,7 @@ class RowTimes {
   std::uint64_t firstRepeated_ = 0;
 };
 
-/// What the names of times are, for messages.
+/// The names of columns of times, for messages.
 inline constexpr const char* kTimeColumns =
     "time, t or timestamp, also with a unit as time_ms or time [ms], or secs and nsecs";
 

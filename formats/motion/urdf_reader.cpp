@@ -627,13 +627,13 @@ class UrdfReader {
     return {};
   }
 
-  /// From metres to the unit of the result.
+  /// The pose converted from metres to the unit of the result.
   Pose scaled(Pose pose) const {
     pose.translation *= scale_;
     return pose;
   }
 
-  /// About the axis of the joint as it is at rest.
+  /// The motion about the axis of the joint as it is at rest.
   Result<model::Motion> motionOf(const UrdfJoint& joint, const Pose& rest) const {
     model::Joint axis;
     axis.type = joint.turns() ? model::Joint::Type::Revolute : model::Joint::Type::Prismatic;
@@ -774,7 +774,7 @@ class UrdfReader {
     return mesh;
   }
 
-  /// Where a mesh is (package_path.h).
+  /// The path of a mesh (package_path.h).
   Result<std::filesystem::path> pathOf(const XmlElement& shape, const std::string& name) const {
     constexpr std::string_view kPackage = "package://";
     constexpr std::string_view kFile = "file://";

@@ -13,7 +13,7 @@ struct UrdfOptions {
   /// no link has any, "visual".
   std::string geometry = {};
   Packages packages = {};  ///< of meshes, besides those that are found (package_path.h)
-  /// Of the robot's frame in the world, in `lengthUnit`.
+  /// The pose of the robot's frame in the world, in `lengthUnit`.
   model::Pose place = {};
   std::string lengthUnit = "m";  ///< of the result
   std::string timeUnit = "s";    ///< of the result

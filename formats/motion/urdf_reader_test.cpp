@@ -169,7 +169,7 @@ TEST(UrdfReader, CapsulesRestingJointsAndRobotsWithoutCollisionGeometry) {
   EXPECT_EQ(bounds.min.z(), -1.5);
 }
 
-// As a controller logs them (RTDE): by number, from the root on.
+// A controller logs joints by number, from the root on (RTDE).
 TEST(UrdfReader, NumberedColumnsAreTheJointsFromTheRootOn) {
   const std::string arm =
       robot(joint("z", "a", "") + joint("c", "z", "", "fixed") + joint("b", "c", ""));

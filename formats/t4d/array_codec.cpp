@@ -186,7 +186,7 @@ class WaitingBlocks {
  public:
   explicit WaitingBlocks(std::uint64_t count) : blocks_(count) {}
 
-  /// For several threads at a time.
+  /// Several threads may call it at a time.
   void set(std::size_t i, Bytes bytes) {
     constexpr std::uint64_t kMostInMemory = std::uint64_t{4} << 20;
     blocks_[i] = StoredBlock(std::move(bytes));

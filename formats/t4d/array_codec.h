@@ -12,14 +12,14 @@
 
 namespace t4d::formats {
 
-/// How the blocks of an array are stored (SPEC.md, section "Arrays").
+/// The coding of the blocks of an array (SPEC.md, section "Arrays").
 enum class Codec : std::uint8_t {
   Raw = 0,      ///< as they are
   Zstd = 1,     ///< one zstd frame of the transposed bytes
   Repeats = 2,  ///< one zstd frame of references to numbers shortly before, and the other numbers
 };
 
-/// How arrays are stored.
+/// Options of storing arrays.
 struct ArrayOptions {
   int level = 3;                  ///< zstd level; 0 for none
   bool float32 = false;           ///< store positions as float32
@@ -79,7 +79,7 @@ Result<void> unpackBlock(const PackedArray& array, std::size_t block, std::span<
 
 /// The array, row after row; blocks are distributed over threads.
 Result<std::vector<std::byte>> unpack(const PackedArray& array);
-/// Into memory of its size.
+/// Unpacks into memory of the array's size.
 Result<void> unpack(const PackedArray& array, std::span<std::byte> into);
 
 /// Checks that the array has this `type` and number of `components`.

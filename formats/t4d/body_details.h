@@ -7,16 +7,15 @@
 
 #include "t4d/file.h"
 
-/// What the details of bodies say of a mechanism that they are part of.
+/// Data in the details of bodies about a mechanism that they are part of.
 namespace t4d::formats {
 
 /// The rigid link that the body is a part of, beside others perhaps; by default the body itself.
 std::string linkOf(const BodyInfo& body);
 void setLink(BodyInfo& body, const std::string& link);
 
-/// How far slices can be from the true solid at their time, and the other way round, in length
-/// units, where poses do not tell: the motion from one to the next is not a screw. Nothing if it
-/// is not stated.
+/// A bound on the distance of slices from the true solid at their time, and the other way round, in
+/// length units, for poses between which the motion is not a screw. Nothing if it is not stated.
 std::optional<double> chordBoundOf(const BodyInfo& body);
 void setChordBound(BodyInfo& body, double bound);
 
@@ -36,7 +35,7 @@ std::vector<JointCourse> jointsOf(const std::string& detailsJson);
 /// The member `joints` of these details, as JSON.
 std::string jointsJson(const std::vector<JointCourse>& joints);
 
-/// What mending did to the solid before it was swept.
+/// The changes that mending made to the solid before it was swept.
 struct MendedInfo {
   std::optional<double> volumeBefore = {};  ///< nothing if the surface was open
   double volumeAfter = 0;
@@ -46,7 +45,7 @@ struct MendedInfo {
   bool hull = false;                ///< it became its convex hull
 };
 
-/// Nothing if the solid was not mended, or had nothing to mend.
+/// The data about mending; nothing if the solid was not mended, or had nothing to mend.
 std::optional<MendedInfo> mendedInfoOf(const BodyInfo& body);
 void setMendedInfo(BodyInfo& body, const MendedInfo& info);
 

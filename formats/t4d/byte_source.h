@@ -23,9 +23,9 @@ class ByteSource {
  public:
   virtual ~ByteSource() = default;
 
-  /// For messages.
+  /// The name for messages.
   virtual const std::string& name() const = 0;
-  /// Of a pipe: kUnknownSize until its end has come.
+  /// The size in bytes; kUnknownSize for a pipe until its end has come.
   virtual std::uint64_t size() const = 0;
   static constexpr std::uint64_t kUnknownSize = std::uint64_t{1} << 52;
   /// Fills `into` with the bytes from `offset` on, which are within size(). Errors name the file.
@@ -51,7 +51,8 @@ Result<std::unique_ptr<ByteSource>> openFileSource(const std::filesystem::path& 
 /// Opens a file on a web server.
 using UrlOpener = Result<std::unique_ptr<ByteSource>> (*)(const std::string& url);
 
-/// How openByteSource opens URLs; without it they are refused. Called before anything is opened.
+/// Sets how openByteSource opens URLs; without it they are refused. Call it before anything is
+/// opened.
 void setUrlOpener(UrlOpener opener);
 
 /// Opens a regular file, or a file on a web server by its URL: http:// or https://. Other URLs are

@@ -46,7 +46,7 @@ class PartialPayload {
 
   const ChunkFile* file_ = nullptr;
   ChunkHeader header_;
-  /// Of the whole payload; what has not been read takes no memory.
+  /// The bytes of the whole payload; what has not been read takes no memory.
   std::unique_ptr<std::byte[]> bytes_;
   t4d_layout::PayloadView view_;
   std::unique_ptr<Loaded> loaded_;
@@ -63,9 +63,9 @@ class ChunkFile {
 
   const std::string& path() const { return source_->name(); }
   bool remote() const { return source_->remote(); }
-  /// As ByteSource::size.
+  /// The size, as ByteSource::size has it.
   std::uint64_t size() const { return std::min(source_->size(), cut_); }
-  /// Those that are known to exist.
+  /// The number of bytes that are known to exist.
   std::uint64_t knownBytes() const {
     return size() == ByteSource::kUnknownSize ? bytesRead() : size();
   }
@@ -105,12 +105,12 @@ class ChunkFile {
   /// The number before `end`: the size of a list of pages, if there is one.
   Result<std::uint64_t> readLength(std::uint64_t end) const;
 
-  /// Where the chunk at `offset` is, as far as expectChunks says so; empty otherwise.
+  /// The range of the chunk at `offset`, as far as expectChunks says so; empty otherwise.
   ByteRange placeOf(std::uint64_t offset) const;
   /// The place of the LAYR that a POSE at `offset` is likely to move: the last before it. Known of
   /// remote files only, and empty otherwise.
   ByteRange likelyLayerOf(std::uint64_t offset) const;
-  /// As ByteSource::plan.
+  /// Calls ByteSource::plan.
   void plan(std::span<const ByteRange> ranges) const { source_->plan(ranges); }
 
   /// The first chunk at or after `from` with a valid header, whatever precedes it.

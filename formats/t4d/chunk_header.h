@@ -38,7 +38,7 @@ struct ChunkHeader {
 /// A header as stored.
 using ChunkHeaderBytes = std::array<std::byte, t4d_layout::kChunkHeaderBytes>;
 
-/// With its checksum.
+/// The bytes of a header with its checksum.
 ChunkHeaderBytes encodeChunkHeader(const ChunkHeader& header);
 
 /// The checksum that encodeChunkHeader puts at the end.
@@ -68,7 +68,7 @@ Result<t4d_layout::PayloadView> payloadOf(const ChunkHeader& header,
 /// Checks the front of a payload against its checksum, and the sizes of blocks in it.
 Result<void> checkFront(const ChunkHeader& header, std::span<const std::byte> front);
 
-/// As payloadOf, for a payload of which only the front has been read: finds the blocks.
+/// Finds the blocks of a payload of which only the front has been read. Otherwise like payloadOf.
 Result<t4d_layout::PayloadView> placesOf(const ChunkHeader& header,
                                          std::span<const std::byte> payload);
 /// Checks the checksum and the padding of block `number`.

@@ -29,7 +29,7 @@ class ChunkWriter {
   /// A chunk of another file; its payload with the padding.
   Result<std::uint64_t> putCopy(ChunkHeader header, std::span<const std::byte> payload);
 
-  /// What the index says of a slab, in the order of the file.
+  /// Adds the record of a slab to the index, in the order of the file.
   void addSlab(const IndexRecord& record) {
     if (indexed_) slabs_.push_back(record);
   }

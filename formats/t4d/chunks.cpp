@@ -105,8 +105,7 @@ BlockRanges rangesOf(std::span<const model::Cell> cells, const model::VertexCoun
   for (std::size_t part = 0; part < 3; ++part) {
     const std::uint32_t begin = parts[part];
     const std::uint32_t size = parts[part + 1] - begin;
-    // What is below `begin` comes out beyond `size`. Signed numbers and a mask, because that is
-    // what compilers vectorise.
+    // Numbers below `begin` come out beyond `size`. Compilers vectorise signed numbers and a mask.
     const auto ordered = [](std::uint32_t place) {
       return static_cast<std::int32_t>(place - 0x80000000U);
     };

@@ -65,7 +65,7 @@ t4d_layout::PayloadWriter encodePose(const PosedLayer& posed);
 Result<PosedLayer> decodePose(const t4d_layout::PayloadView& payload,
                               const t4d_layout::Features& features = {});
 
-/// How many bytes before the slab its parts begin; 0 for a layer without vertices.
+/// The distances in bytes from the slab back to its parts; 0 for a layer without vertices.
 struct SlabParts {
   std::uint64_t connectivity = 0;
   std::uint64_t lower = 0;
@@ -130,7 +130,7 @@ struct SlabChunk {
   SlabParts parts;
   std::vector<model::Bounds4> cellBounds;  ///< as boundsOfBlocks gives them, or none
   std::vector<model::Point4> interior;     ///< the interior vertices that are not means
-  /// As they are stored: those of vertices have a row for each of `interior`.
+  /// The attributes as they are stored: those of vertices have a row for each of `interior`.
   std::vector<model::Attribute> attributes;
 };
 
@@ -138,7 +138,7 @@ struct SlabChunk {
 /// not means, if there are any; then those of cells.
 std::vector<model::Attribute> ownAttributes(const model::Slab& slab);
 
-/// What the chunk of a slab has after its time and its parts.
+/// The contents of the chunk of a slab after its time and its parts.
 struct SlabContents {
   std::uint32_t attributes = 0;  ///< their number
   /// All after it; begins at a multiple of 8 bytes, which arrays are aligned to.
@@ -152,7 +152,7 @@ SlabContents encodeContents(const model::StreamedSlab& slab, std::span<const mod
                             const ArrayOptions& options);
 t4d_layout::PayloadWriter encodeSlab(const model::TimeSpan& time, const SlabParts& parts,
                                      SlabContents contents);
-/// Whole.
+/// Encodes a whole slab in memory.
 t4d_layout::PayloadWriter encodeSlab(const model::Slab& slab, const SlabParts& parts,
                                      const ArrayOptions& options);
 Result<SlabChunk> decodeSlab(const t4d_layout::PayloadView& payload,

@@ -70,7 +70,7 @@ Result<void> checkEnding(const ChunkFile& file, const Ending& ending,
 
 namespace {
 
-/// Of a file with pages: nothing of the index need be in memory at once.
+/// Reads the ending of a file with pages: nothing of the index need be in memory at once.
 Result<SlabList> readPagedTail(const ChunkFile& file, const ChunkFile::Header& header,
                                const Head& head, const FileScan& scan, const PageList& pages) {
   auto slabs = checkPages(file, pages, scan.chunks, scan.slabs, head.features);

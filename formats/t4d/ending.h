@@ -25,8 +25,8 @@ Result<void> checkEnding(const ChunkFile& file, const Ending& ending,
                          const ChunkFile::Header& header, const Head& head);
 
 /// The slabs, after checking that the end mark is followed by an index that agrees with `scan` and
-/// a footer, or by nothing. With an index they have what it says of their contents. With
-/// `canGoBack` its pages are checked as well.
+/// a footer, or by nothing. With an index they have their contents from it. With `canGoBack` its
+/// pages are checked as well.
 Result<SlabList> readTail(const ChunkFile& file, const ChunkFile::Header& header, const Head& head,
                           const FileScan& scan, bool canGoBack = true);
 

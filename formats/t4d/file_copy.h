@@ -20,7 +20,7 @@
 /// Files whose chunks become part of another file as they are.
 namespace t4d::formats {
 
-/// Where the chunks and the slabs of some files are, one file after another.
+/// The places of the chunks and the slabs of some files, one file after another.
 struct CopiedChunks {
   ChunkList chunks;  ///< those between HEAD and DONE
   SlabList slabs;    ///< all have an extent
@@ -61,7 +61,7 @@ Result<CopiedFile> readIndexForCopy(const std::filesystem::path& path, CopiedChu
 /// An attribute that both files describe, in different ways; nothing if there is none.
 std::optional<std::string> differingAttribute(const Metadata& one, const Metadata& other);
 
-/// What was copied or left out of the files so far.
+/// The chunks that were copied or left out of the files so far.
 struct CopyState {
   std::set<std::string> kept = {};  ///< headers of unknown chunks that are copied, each once
   LostChunks lost = {};
@@ -85,7 +85,7 @@ struct CopyHead {
   std::string text;
   bool zstd = false;
 };
-/// With the features of all files.
+/// Makes HEAD of a copy, with the features of all files.
 Result<CopyHead> headOfCopy(const Metadata& metadata, std::span<const CopiedFile> files);
 
 /// Starts the file at `into`, with that HEAD.

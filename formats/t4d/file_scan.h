@@ -24,7 +24,7 @@ class RecordChecker {
   /// The parts that the next chunk may refer to, except for upper layers of the last slabs, which
   /// the next slabs may.
   const PartWindow& window() const { return window_; }
-  /// Those upper layers.
+  /// The upper layers of the last slabs.
   std::vector<ChunkHeader> lastUppers() const;
 
  private:
@@ -41,7 +41,7 @@ class RecordChecker {
   std::uint64_t before_ = 0;
 };
 
-/// How many slabs of a body were found, and their times.
+/// The number of slabs of a body that were found, and their times.
 struct BodySpan {
   std::uint64_t slabs = 0;
   model::TimeSpan time;
@@ -55,7 +55,7 @@ struct BodySpan {
 /// Checks that the end mark gives, for each body, the number of slabs and the times in `found`.
 Result<void> checkDone(const Done& done, const std::vector<BodySpan>& found);
 
-/// What was found by reading a file from the front.
+/// The contents found by reading a file from the front.
 struct FileScan {
   ChunkList chunks;  ///< without HEAD and DONE
   SlabList slabs;

@@ -20,7 +20,7 @@ class FirstError {
       error_ = done.error();
     }
   }
-  /// When all are finished.
+  /// The result when all are finished.
   Result<void> result() const { return error_ ? *error_ : Result<void>(); }
 
  private:

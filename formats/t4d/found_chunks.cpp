@@ -16,7 +16,7 @@ auto identityOf(const IndexRecord& record, std::uint32_t frontCrc) {
 }
 using Identity = decltype(identityOf({}, 0));
 
-/// Those of the slabs of the index.
+/// Identity of each slab listed in the index.
 std::vector<Identity> identitiesOf(const Index& index) {
   std::vector<Identity> identities;
   for (const ChunkHeader& chunk : index.chunks) {

@@ -44,7 +44,7 @@ class FoundChunks {
   /// which has no chunks if it is lost.
   void compareWith(const Index& index);
 
-  /// In their original order.
+  /// The slabs that were found, in their original order.
   const std::vector<FoundSlab>& slabs() const { return slabs_; }
   /// Slabs of the index that were not found, with the offsets where they should be.
   const std::vector<FoundSlab>& missing() const { return missing_; }

@@ -41,7 +41,7 @@ class OpenThings {
   }
 
  private:
-  /// But for those of which somebody has blocks.
+  /// The most that are open, except for those of which somebody has blocks.
   static constexpr std::size_t kMostOpen = 8;
 
   Open open_;

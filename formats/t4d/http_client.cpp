@@ -39,7 +39,7 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(kSpace) - begin + 1);
 }
 
-/// What a server said, fit for a message.
+/// The words of a server, fit for a message.
 std::string quotable(std::string_view words) {
   constexpr std::size_t kMost = 100;
   std::string text(words.substr(0, kMost));
@@ -183,7 +183,7 @@ Result<void> HttpClient::request(Answer& answer, const std::string& range,
     std::array<char, CURL_ERROR_SIZE> words{};
     curl_slist* fields = curl_slist_append(nullptr, "Accept-Encoding: identity");
     if (!ifMatch.empty()) fields = curl_slist_append(fields, ("If-Match: " + ifMatch).c_str());
-    // Keeps the connection.
+    // A reset keeps the connection.
     curl_easy_reset(curl);
     curl_easy_setopt(curl, CURLOPT_URL, session_->url.c_str());
     if (!range.empty()) curl_easy_setopt(curl, CURLOPT_RANGE, range.c_str());

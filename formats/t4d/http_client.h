@@ -11,7 +11,7 @@
 
 namespace t4d::formats {
 
-/// When to give up on a server.
+/// Limits after which a server is given up.
 struct HttpTimeouts {
   int connectSeconds = 15;
   int stalledSeconds = 30;  ///< at less than `leastBytesPerSecond`
@@ -36,7 +36,7 @@ class HttpClient {
   explicit HttpClient(std::string url, HttpTimeouts timeouts = {});
   ~HttpClient();
 
-  /// For messages: the URL without credentials.
+  /// The name for messages: the URL without credentials.
   const std::string& name() const { return name_; }
 
   /// Requests `range`, such as "0-99" or, for the last 100 bytes, "-100": at most `most` bytes.
@@ -44,7 +44,7 @@ class HttpClient {
   /// answer that is not a part of the file, more bytes or fewer than the answer says.
   Result<HttpPart> get(const std::string& range, std::uint64_t most, const std::string& ifMatch);
 
-  /// With redirects and repeated requests.
+  /// The number of requests, with redirects and repeated ones.
   std::uint64_t requests() const { return requests_; }
   std::uint64_t bytesReceived() const { return bytesReceived_; }
 

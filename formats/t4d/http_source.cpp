@@ -13,9 +13,9 @@ namespace t4d::formats {
 
 namespace {
 
-/// Where footer, INDX and DONE of most files are.
+/// The size of the end of a file that has footer, INDX and DONE of most files.
 constexpr std::uint64_t kTailBytes = std::uint64_t{256} << 10;
-/// Fetched at least where nothing is planned.
+/// The least bytes to fetch where nothing is planned.
 constexpr std::uint64_t kLeastBytes = std::uint64_t{64} << 10;
 /// A request takes longer than as many bytes between two planned ranges.
 constexpr std::uint64_t kLargestGap = std::uint64_t{64} << 10;

@@ -17,7 +17,7 @@
 /// INDX, with encoder and decoder side by side (SPEC.md, section "INDX").
 namespace t4d::formats {
 
-/// What the index says about the contents of a slab.
+/// The contents of a slab as the index gives them.
 struct SlabExtent {
   std::uint64_t cells = 0;
   model::Bounds3 bounds;  ///< of all its vertices

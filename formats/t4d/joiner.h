@@ -14,7 +14,7 @@ namespace t4d::formats {
 /// A file to be joined.
 struct JoinedPart {
   std::filesystem::path place;
-  /// If a manifest describes it: what that says.
+  /// The description of the file, if it comes from a manifest.
   std::optional<ManifestPart> described = {};
 };
 
@@ -48,12 +48,12 @@ class Joiner {
                            const model::Progress& progress) const;
 
  private:
-  /// What the next part of a body must continue.
+  /// The end that the next part of a body must continue.
   struct End {
     double time = 0;
     std::optional<ChunkHeader> layer;  // of the upper layer of the last slab, its offset 0
   };
-  /// What the bodies of a part continue: the layers with which they begin there.
+  /// The ends that the bodies of a part continue: the layers with which they begin there.
   struct Seams {
     std::vector<std::uint64_t> lowers;    // where they are, 0 for bodies that begin
     std::vector<std::uint64_t> vertices;  // how many they have

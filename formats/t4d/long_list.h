@@ -22,7 +22,7 @@ struct Rows {
   std::function<void(std::size_t first, std::span<Row> into)> read;
 };
 
-/// Those in memory.
+/// The rows of a vector.
 template <class Row>
 Rows<Row> rowsOf(const std::vector<Row>& rows) {
   return {rows.size(), [&rows](std::size_t first, std::span<Row> into) {
@@ -45,7 +45,7 @@ class LongList {
   std::size_t size() const { return inFile_ + last_.size(); }
   bool empty() const { return size() == 0; }
 
-  /// Not for several threads at a time.
+  /// Only one thread may call it at a time.
   Row operator[](std::size_t index) const {
     if (index >= inFile_) return Row(last_[index - inFile_]);
     if (index < firstKnown_ || index - firstKnown_ >= known_.size()) {

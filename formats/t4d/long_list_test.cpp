@@ -29,7 +29,7 @@ void expectSquares(const LongList<std::uint64_t>& list) {
     ASSERT_EQ(square, i * i);
     ++i;
   }
-  // Across the end of what is in the file.
+  // These rows cross the end of those in the file.
   std::vector<std::uint64_t> some(90'000);
   list.rows().read(kManyRows - some.size(), some);
   EXPECT_EQ(some.front(), (kManyRows - some.size()) * (kManyRows - some.size()));

@@ -13,7 +13,7 @@
 /// manifest.schema.json).
 namespace t4d::formats {
 
-/// What one part has of a body.
+/// The share of a body that one part has.
 struct BodyOfPart {
   BodySummary summary;
   /// Vertices of the layer with which it begins and with which the part before ends.
@@ -54,7 +54,7 @@ bool isManifest(const std::filesystem::path& pathOrUrl);
 /// manifest's folder are refused.
 Result<Manifest> readManifest(const std::filesystem::path& pathOrUrl);
 
-/// What readManifest reads.
+/// The text that readManifest reads.
 std::string manifestText(const Manifest& manifest);
 
 /// How the part at `place` is named in a manifest at `manifest`; fails if it is not in its folder

@@ -245,7 +245,7 @@ TEST_F(FileInParts, RefusesAManifestThatIsWrong) {
   EXPECT_THAT(errorOf(writeFile("cube.t4d", text_)), HasSubstr("is not a .t4d file"));
   EXPECT_THAT(errorOf(manifest_, T4dOpen::FromFront), HasSubstr("read the parts one by one"));
   EXPECT_THAT(T4dSalvage::open(manifest_).error().text(), HasSubstr("is a file in parts"));
-  // What the manifest says of a part must be so.
+  // The contents of a part must agree with the manifest.
   const auto wrong = T4dReader::open(changed(part([](auto& each) {
     each["bodies"][0]["vertices"] = each["bodies"][0]["vertices"].template get<int>() + 1;
   })));

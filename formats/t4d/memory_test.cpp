@@ -9,7 +9,7 @@
 #include "formats/t4d/array_codec.h"
 #include "formats/t4d/test_slabs.h"
 
-/// How much memory a file can make its reader ask for. This program counts what is on the heap.
+/// Tests how much memory a file can make its reader ask for. This program counts bytes on the heap.
 namespace {
 
 std::atomic<std::size_t> heapBytes = 0;

@@ -164,7 +164,8 @@ class Merger {
     return unique;
   }
 
-  /// Of the merged file. What each file says of how it was made is kept under `merged`.
+  /// The metadata of the merged file. What each file says of how it was made is kept under
+  /// `merged`.
   Metadata metadata() {
     std::vector<Metadata> all;
     std::vector<std::string> backends;
@@ -199,7 +200,7 @@ class Merger {
 Result<MergeReport> mergeT4d(const std::vector<std::filesystem::path>& files,
                              const std::filesystem::path& into, const model::Progress& progress) {
   if (files.empty()) return invalid("no file is to be merged");
-  // What share of the work reading through is; copying is the rest.
+  // The share of the work that reading through takes; copying is the rest.
   constexpr double kReading = 0.5;
   Merger merger;
   for (std::size_t i = 0; i < files.size(); ++i) {

@@ -166,8 +166,8 @@ Result<std::vector<BodyInfo>> bodiesOf(const Json& head) {
     }
     bodies.push_back(std::move(*body));
   }
-  // Parents form a forest: going up from any body ends within as many steps as there are bodies.
-  // What was gone up once need not be again.
+  // Parents form a forest: going up from any body ends within as many steps as there are bodies. A
+  // path is followed once only.
   std::vector<bool> rooted(bodies.size());
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     std::vector<std::size_t> path;

@@ -26,7 +26,7 @@ class OptionalChunks {
   OptionalChunks() = default;
   /// `file` must outlive this.
   explicit OptionalChunks(const ChunkFile& file) : file_(&file) {}
-  /// Those that `walk` passes on, in order.
+  /// The chunks that `walk` passes on, in order.
   explicit OptionalChunks(Walk walk) : walk_(std::move(walk)) {}
 
   /// Takes the chunk if it is one of those; call in file order.

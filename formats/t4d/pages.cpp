@@ -252,7 +252,7 @@ Result<void> eachPageRun(const ChunkList& chunks, const SlabList& slabs, std::si
       run.slabs.push_back(slabs[slab++]);
       nameable.add(run.slabs.back());
     }
-    // What comes after the last slab is in its page.
+    // Chunks after the last slab are in its page.
     const bool isFull = run.slabs.size() == pageSlabs && slab < slabCount;
     if (!isFull && i + 1 < chunkCount) continue;
     if (auto used = use(run); !used) return used;
@@ -312,7 +312,7 @@ Result<std::optional<PageList>> readPageList(const ChunkFile& file, std::uint64_
                                              const std::vector<BodySummary>& bodies) {
   const auto end = file.readLength(done);
   if (!end) return end.error();
-  // In other files these are any bytes.
+  // Other files may have any bytes here.
   if (*end % kAlignment != 0 || *end < kChunkHeaderBytes || *end > done - kFileHeaderBytes) {
     return std::nullopt;
   }
@@ -399,7 +399,7 @@ Result<SlabList> checkPages(const ChunkFile& file, const PageList& list, const C
       said.push_back(record);
     }
   }
-  // After those in pages come the pages, and PGIX.
+  // The chunks in pages are followed by the pages and PGIX.
   if (said.size() == slabs.size() && next + pageCount + 1 == chunks.size()) return said;
   return file.damaged(list.offset, "PGIX: its pages do not have all chunks");
 }

@@ -19,7 +19,7 @@ inline constexpr std::size_t kUsualPageSlabs = 2048;
 /// PGIX has an entry for each body in each page.
 inline constexpr std::size_t kMostPagedBodies = 64;
 
-/// What a page has of a body.
+/// The share of a body that a page has.
 struct PageBody {
   std::uint32_t body = 0;
   std::uint32_t slabs = 0;
@@ -27,7 +27,7 @@ struct PageBody {
   model::Bounds3 bounds;
 };
 
-/// What PGIX says of a page.
+/// The entry of a page in PGIX.
 struct PageEntry {
   std::uint64_t offset = 0;    ///< of the PAGE
   std::uint32_t checksum = 0;  ///< of its header

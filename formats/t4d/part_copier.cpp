@@ -33,7 +33,7 @@ class Changed {
     std::memcpy(at, &distance, sizeof distance);
   }
   std::span<const std::byte> payload() const { return payload_; }
-  /// With the checksum of what the front is now.
+  /// The header with the checksum of the present front.
   ChunkHeader header() const {
     ChunkHeader header = header_;
     header.frontCrc = platform::crc32c(payload_.data(), header.frontBytes);
@@ -106,7 +106,7 @@ Result<bool> PartCopier::isSame(const Stored& one, const ChunkHeader& other) con
 
 Result<bool> PartCopier::takeStored(const ChunkFile::Chunk& chunk) {
   const ChunkHeader header = withoutOffset(chunk.header);
-  // Where a part has a connectivity twice, it is a spare copy.
+  // A connectivity that a part has twice is a spare copy.
   const auto key = encodeChunkHeader(header);
   const std::string_view text(reinterpret_cast<const char*>(key.data()), key.size());
   if (!seen_.insert(std::hash<std::string_view>()(text)).second) return false;

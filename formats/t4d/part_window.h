@@ -43,7 +43,7 @@ class PartWindow {
     return layer != nullptr ? layer : find(t4d_layout::kPose, offset);
   }
   std::size_t size() const { return size_; }
-  /// All of them.
+  /// All chunks in the window.
   std::vector<ChunkHeader> chunks() const {
     std::vector<ChunkHeader> all;
     for (const auto& [type, last] : last_) all.insert(all.end(), last.begin(), last.end());

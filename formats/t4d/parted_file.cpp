@@ -40,7 +40,7 @@ class OpenParts {
   std::uint64_t requests() const { return sum(&T4dReader::File::requests, closed_->requests); }
 
  private:
-  /// What was read of parts that are closed again.
+  /// Sums over parts that are closed again.
   struct Closed {
     std::mutex mutex;
     std::uint64_t bytes = 0;

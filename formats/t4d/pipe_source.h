@@ -26,7 +26,7 @@ class PipeSource : public ByteSource {
   bool sizeIsCertain() const override { return false; }
   void plan(std::span<const ByteRange> ranges) override;
   Result<void> read(std::uint64_t offset, std::span<std::byte> into) override;
-  /// Those that were asked for.
+  /// The number of bytes that were asked for.
   std::uint64_t bytesRead() const override;
 
   /// Frees the memory of the bytes before size() but those of `ranges`, which are in order.

@@ -72,7 +72,7 @@ struct PagedEnding {
 };
 
 /// DONE, PGIX, and the copies of file header and HEAD at the front of INDX; none if there are no
-/// pages. Of INDX nothing else is read.
+/// pages. Nothing else of INDX is read.
 Result<std::optional<PagedEnding>> readPagedEnding(const ChunkFile& file,
                                                    const ChunkFile::Footer& footer) {
   const auto doneHeader = file.readChunkHeader(footer.done);
@@ -119,7 +119,7 @@ Result<std::optional<PagedEnding>> readPagedEnding(const ChunkFile& file,
 
 /// Where pages are looked for: an index that is smaller is read as fast.
 constexpr std::uint64_t kSmallIndex = std::uint64_t{256} << 10;
-/// What is fetched with DONE: PGIX before it, and the front of INDX.
+/// The bytes fetched with DONE: PGIX before it, and the front of INDX.
 constexpr std::uint64_t kListBytes = std::uint64_t{160} << 10;
 constexpr std::uint64_t kFrontBytes = std::uint64_t{32} << 10;
 
@@ -388,7 +388,7 @@ class OneFile : public T4dReader::File {
     return checkCellCount(file_.path(), file_.knownBytes(), cells, maxCells);
   }
 
-  /// For a file whose header promises an index that is missing: adds how far it can be read.
+  /// Adds to the error of a file whose header promises a missing index how far it can be read.
   Result<void> cutOff(Error error, std::uint64_t firstChunk) {
     const FileScan scan = scanFile(file_, firstChunk, metadata_.bodies.size(), features_);
     if (scan.damage && !scan.done) {

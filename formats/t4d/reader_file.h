@@ -9,7 +9,7 @@
 
 namespace t4d::formats {
 
-/// What a T4dReader reads: one file, or a file in parts. Its members are those of T4dReader.
+/// The file of a T4dReader: one file, or a file in parts. Its members are those of T4dReader.
 class T4dReader::File {
  public:
   virtual ~File() = default;
@@ -29,7 +29,7 @@ class T4dReader::File {
   virtual std::uint64_t slabOffset(std::size_t body, std::size_t slab) const = 0;
   virtual Result<T4dSlab> slabContents(std::size_t body, std::size_t slab) const = 0;
   virtual const std::optional<Error>& damage() const = 0;
-  /// What its slabs were found to have, against its summary.
+  /// Compares the totals of a body's slabs with its summary.
   virtual Result<void> checkSummary(std::size_t body, const BodySummary& found) const = 0;
 
   /// Opens one file, whole.

@@ -158,7 +158,7 @@ TEST(T4dReader, ReadsASlabWhenAllThatItDoesNotNeedIsDestroyed) {
       const auto slab = reader->body(i).slab(k);
       ASSERT_TRUE(slab) << slab.error().text();
       EXPECT_TRUE(same(**slab, sample.bodies[i][k]));
-      // And after a slab that cannot be read it still can.
+      // The slab can still be read after one that cannot.
       for (std::size_t other = 0; other < sample.bodies[i].size(); ++other) {
         EXPECT_EQ(reader->body(i).slab(other).has_value(), other == k);
       }
@@ -434,7 +434,7 @@ TEST(T4dReader, RefusesSlabsThatDoNotFollowOneAnother) {
   overlap.putSimplex(parts);
   const std::uint64_t second = overlap.putSimplex(parts, {0.5, 1.5});
   EXPECT_THAT(faultOf(overlap), HasSubstr("begins at time 0.5"));
-  // From the front the slabs before it can be used.
+  // Slabs before the fault can be used when reading from the front.
   auto reader = T4dReader::open(writeFile("overlap.t4d", overlap.bytes()), T4dOpen::FromFront);
   ASSERT_TRUE(reader) << reader.error().text();
   ASSERT_TRUE(reader->damage());
@@ -500,7 +500,7 @@ TEST(T4dReader, RefusesIndexesAndFootersThatLie) {
     repairChecksums(bytes);
     const auto path = writeFile("lying_index.t4d", bytes);
     EXPECT_FALSE(checkT4dFile(path));
-    // What is read from the front does not suffer.
+    // Reading from the front does not suffer.
     auto reader = T4dReader::open(path, T4dOpen::FromFront);
     EXPECT_TRUE(reader && reader->body(0).slabCount() == 3);
     EXPECT_TRUE(reader && reader->body(0).slab(2));
@@ -523,7 +523,7 @@ TEST(T4dReader, RefusesIndexesAndFootersThatLie) {
   }
 }
 
-/// As where a file on a server changes between two requests: all checksums are right.
+/// A file on a server may change between two requests: all checksums are right.
 TEST(T4dReader, RefusesAChunkOfAnotherVersionOfTheFile) {
   Slab other = simplexSlab();
   other.vertices[1][0] = 0.5;

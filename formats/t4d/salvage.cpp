@@ -43,8 +43,8 @@ class T4dSalvage::File {
  public:
   explicit File(ChunkFile file) : file_(std::move(file)), optional_(file_) {}
 
-  /// With `judged`, a file that seems intact is also checked against all rules of the format.
-  /// Without it, the file is known to be damaged.
+  /// If `judged`, a file that seems intact is also checked against all rules of the format. Without
+  /// it, the file is known to be damaged.
   Result<void> run(bool judged, const model::Progress& progress) {
     constexpr double kWalkShare = 0.5;
     if (auto begun = readBeginning(); !begun) return begun;
@@ -129,7 +129,7 @@ class T4dSalvage::File {
     return {};
   }
 
-  /// Where to continue the search when there is no chunk at `offset`.
+  /// The offset where the search continues when there is no chunk at `offset`.
   std::uint64_t nextChunk(std::uint64_t offset) {
     const auto next = file_.findChunk(offset + kAlignment);
     return next ? next->offset : file_.size();
@@ -262,7 +262,8 @@ class T4dSalvage::File {
     return now && broken_.contains(*now) ? std::nullopt : now;
   }
 
-  /// Of the slab that originally was at `before`; updates the distances of parts that have moved.
+  /// Takes the record of the slab that originally was at `before`; updates the distances of parts
+  /// that have moved.
   Result<void> takeRecord(IndexRecord record, std::uint64_t before) {
     SlabParts& parts = record.parts;
     const std::uint64_t bodyCount = metadataSaved_ ? metadata_.bodies.size() : kMaxBodies;

@@ -39,8 +39,9 @@ class T4dSalvage {
   T4dSalvage& operator=(T4dSalvage&&) noexcept;
   ~T4dSalvage();
 
-  /// As in HEAD, except for the bodies. These are the ones that have slabs, in order, named as in
-  /// HEAD or, if HEAD is lost, "body 0", "body 1" and so on by their numbers in the slabs.
+  /// The metadata in HEAD, except for the bodies. These are the ones that have slabs, in order,
+  /// named as in HEAD or, if HEAD is lost, "body 0", "body 1" and so on by their numbers in the
+  /// slabs.
   const Metadata& metadata() const;
   bool metadataSaved() const;
 
@@ -55,7 +56,7 @@ class T4dSalvage {
   const OptionalChunks& optionalChunks() const;
 
   std::uint64_t slabsSaved() const;
-  /// How many slabs the file had, if its index or end mark is intact.
+  /// The number of slabs that the file had, if its index or end mark is intact.
   std::optional<std::uint64_t> slabsKnown() const;
 
   /// Ordered by offset; empty for a valid file (checkT4dFile).

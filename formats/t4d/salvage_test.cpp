@@ -69,7 +69,8 @@ struct Original {
   }
 };
 
-/// That of `sample`, with these ranges of its bytes damaged, all is saved that can be, bit for bit.
+/// Expects that everything possible is saved of `sample`, with these ranges of its bytes damaged,
+/// bit for bit.
 void expectSaved(const Original& sample, const std::string& bytes,
                  const std::vector<Range>& damaged) {
   std::string trace = "damaged:";

@@ -275,7 +275,7 @@ Result<std::shared_ptr<const model::Slab>> SlabSource::readSlab(const IndexRecor
 Result<std::shared_ptr<const model::LayeredSlab>> SlabSource::layered(std::size_t index) const {
   if (file_->remote()) plan(index);
   auto slab = withinMemory(file_->path(), [&] { return readLayered(records_[index]); });
-  // What is wrong with it is said where it is read whole.
+  // An error is reported where the slab is read whole.
   return slab ? slab : std::shared_ptr<const model::LayeredSlab>();
 }
 

@@ -67,11 +67,11 @@ class SlabSource : public model::Source {
     std::vector<model::Attribute> attributes;
     bool float32 = false;
   };
-  /// Of a LAYR or a POSE; no vertices if there is none.
+  /// The layer of a LAYR or a POSE; no vertices if there is none.
   struct DecodedLayer {
     std::vector<model::Point4> vertices;
     std::vector<model::Attribute> attributes;
-    /// How it has been made, if that can be told.
+    /// The pose that made it, if that can be told.
     std::shared_ptr<const model::LayerPose> pose;
   };
 
@@ -91,7 +91,7 @@ class SlabSource : public model::Source {
   /// Tells the file which chunks a slab has. Where slabs are read in order, those that follow are
   /// told as well: a remote file comes in larger pieces then.
   void plan(std::size_t index) const;
-  /// What a slab is assembled from.
+  /// The parts that a slab is assembled from.
   struct Parts {
     SlabChunk own;
     ConnectivityPointer connectivity;

@@ -17,7 +17,7 @@ namespace t4d::formats {
 class BlockFile {
  public:
   /// Puts bytes at the end and returns their offset; nothing where there is no room on the disk, or
-  /// no file could be made. For several threads at a time.
+  /// no file could be made. Several threads may call it at a time.
   std::optional<std::uint64_t> add(std::span<const std::byte> bytes);
 
   bool read(std::uint64_t offset, std::span<std::byte> into) const;

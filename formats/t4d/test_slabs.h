@@ -168,7 +168,7 @@ class RandomSlabs {
   std::mt19937 random_;
 };
 
-/// Bit for bit.
+/// Whether two slabs are the same, bit for bit.
 inline testing::AssertionResult same(const model::Slab& a, const model::Slab& b) {
   if (a.timeBegin != b.timeBegin || a.timeEnd != b.timeEnd) {
     return testing::AssertionFailure() << "times differ";
@@ -296,7 +296,7 @@ class FileBuilder {
   const std::string& bytes() const { return bytes_; }
 
  private:
-  /// With the padding after it.
+  /// Appends a part, with the padding after it.
   void append(std::span<const std::byte> part) {
     bytes_.append(reinterpret_cast<const char*>(part.data()), part.size());
     bytes_.resize(t4d_layout::padded(bytes_.size()));

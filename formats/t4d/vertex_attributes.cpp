@@ -18,7 +18,7 @@ bool sameKind(const Attribute& a, const Attribute& b) {
   return std::tie(a.name, a.type, a.components) == std::tie(b.name, b.type, b.components);
 }
 
-/// Names for messages.
+/// The names of attributes, for messages.
 std::string listOf(std::span<const Attribute> attributes) {
   std::string list;
   for (const Attribute& attribute : attributes) {

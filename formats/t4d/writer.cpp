@@ -84,7 +84,7 @@ class T4dWriter::File {
   }
 
  private:
-  /// What is checked and encoded of a slab without those before it.
+  /// A slab, checked and encoded without those before it.
   struct Encoded : model::Sink::Prepared {
     Result<void> sound;
     Result<void> means;
@@ -111,7 +111,7 @@ class T4dWriter::File {
           *this, [&] { return file_.putSlab(*this, slab, static_cast<Encoded&>(*prepared)); });
     }
     Result<void> putStreamed(const StreamedSlab& slab) override {
-      // What rounding does to cells is told from the whole slab.
+      // Only the whole slab tells what rounding does to cells.
       if (file_.arrays_.float32 || file_.step_) return put(assembled(slab));
       return file_.put(*this, [&] { return file_.putStreamed(*this, slab); });
     }
@@ -309,7 +309,7 @@ class T4dWriter::File {
     return {};
   }
 
-  /// What can be told of a slab alone.
+  /// Makes the checks that need a slab alone.
   Result<void> checkAlone(const Slab& slab) const {
     if (auto sound = checkSlab(slab); !sound) return sound;
     if (auto sound = checkStorable(slab.connectivity->cellAttributes, slab.attributes); !sound) {

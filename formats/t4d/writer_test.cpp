@@ -27,7 +27,7 @@ const T4dWriteOptions kAllOptions[] = {
     {3, false, true}, {0, false, true}, {19, false, false}, {3, true, true}, {0, true, false},
 };
 
-/// What float32 makes of a slab: stored positions rounded, means of those.
+/// A slab as float32 stores it: positions are rounded, means are those of rounded positions.
 Slab rounded(const Slab& slab) {
   Slab result = slab;
   for (Point4& vertex : result.vertices) {
@@ -73,7 +73,7 @@ void expectComesBack(const std::vector<std::vector<Slab>>& bodies, const T4dWrit
       EXPECT_EQ(summary.tetrahedra, tetrahedra);
       EXPECT_EQ(summary.bounds.min, bounds.min);
       EXPECT_EQ(summary.bounds.max, bounds.max);
-      // In any other order too.
+      // The slabs are the same in any other order, too.
       for (std::size_t k = bodies[i].size(); k-- > 0;) {
         const auto slab = body.slab(k);
         ASSERT_TRUE(slab) << slab.error().text();
@@ -539,7 +539,7 @@ TEST(T4dWriter, RoundsToTheGrid) {
       EXPECT_LE(off.cwiseAbs().maxCoeff(), kStep / 2 * (1 + 1e-6) + 1e-3 * (at[1] < -1e12));
       EXPECT_EQ(off[3], 0);
     }
-    // What is on the grid stays there.
+    // Positions on the grid stay there.
     const auto again = T4dReader::open(writeT4d("again.t4d", {read}, {.step = kStep}));
     for (std::size_t i = 0; i < 2; ++i) {
       EXPECT_TRUE(same(**again->body(0).slab(i), read[i]));

@@ -29,7 +29,8 @@ class NumberTable {
   /// between thousands, and where both commas and points are decimal.
   Result<void> begin(AreNames areNames);
 
-  /// As they are written, without quotes and blanks around them; empty if the table has none.
+  /// The names of columns as they are written, without quotes and blanks around them; empty if the
+  /// table has none.
   const std::vector<std::string>& names() const { return names_; }
   /// The fields of the first line with numbers, if the table has no names.
   std::size_t unnamedColumns() const { return unnamed_; }
@@ -51,7 +52,7 @@ class NumberTable {
     return invalid(std::move(message), file_.atLine(line_));
   }
 
-  /// What is unusual about the table, for a note, one phrase each.
+  /// Unusual properties of the table, for a note, one phrase each.
   const std::vector<std::string>& form() const { return form_; }
 
  private:

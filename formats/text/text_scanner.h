@@ -9,7 +9,7 @@
 
 namespace t4d::formats {
 
-/// Lexical rules.
+/// Lexical rules of a text.
 struct TextRules {
   char comment = '\0';        ///< starts a comment that ends with the line; '\0': there are none
   bool continuation = false;  ///< a backslash at the end of a line continues it on the next

@@ -9,8 +9,8 @@
 
 namespace t4d::formats {
 
-/// Where the corners of a mesh's triangles come from. Corners of a file are numbered in the order
-/// of its polygons.
+/// The origins of the corners of a mesh's triangles. Corners of a file are numbered in the order of
+/// its polygons.
 struct FileCorners {
   /// For each triangle of the mesh, the numbers of its corners in the file.
   std::vector<std::array<std::uint64_t, 3>> ofTriangles;

@@ -10,7 +10,7 @@
 
 namespace t4d::formats {
 
-/// What divides an .obj into bodies.
+/// The lines that divide an .obj into bodies.
 enum class BodiesBy : std::uint8_t {
   Object,  ///< its objects: `o NAME`
   Group,   ///< its groups: `g NAME`, where several names are one

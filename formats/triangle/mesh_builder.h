@@ -17,7 +17,7 @@ namespace t4d::formats {
 /// Checks the points and polygons of a file and makes a triangle mesh of them.
 class MeshBuilder {
  public:
-  /// Of a face or point in the file; `PlaceOf` turns it into the `where` of an error.
+  /// The position of a face or point in the file; `PlaceOf` turns it into the `where` of an error.
   using Position = std::uint64_t;
   using PlaceOf = std::function<Place(Position)>;
 

@@ -70,7 +70,7 @@ class ObjReader {
   }
 
  private:
-  /// What faces belong to.
+  /// The part that faces belong to.
   struct Part {
     std::uint32_t body = 0;      // of names_
     std::uint32_t material = 0;  // of materials_

@@ -66,7 +66,7 @@ const model::Attribute* colorsOf(const NamedMesh& named) {
   return found == named.mesh.attributes.end() ? nullptr : &*found;
 }
 
-/// What the format has no room for.
+/// The attributes that the format has no room for.
 std::vector<std::string> attributesLost(std::span<const NamedMesh> meshes,
                                         const MeshWriteOptions& options) {
   std::vector<std::string> lost;

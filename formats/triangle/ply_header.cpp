@@ -15,7 +15,7 @@ struct TypeName {
   std::size_t size;
 };
 
-// In the order of PlyType.
+// The types are in the order of PlyType.
 constexpr std::array<TypeName, 8> kTypes{{{"char", "int8", 1},
                                           {"uchar", "uint8", 1},
                                           {"short", "int16", 2},

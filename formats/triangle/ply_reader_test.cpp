@@ -190,7 +190,7 @@ TEST(PlyReader, JudgesTheIndicesOfStripsAsThoseOfFaces) {
   };
   EXPECT_EQ(errorAfter({{0, 1, 2}, {0, 1, 14}}),
             "a.ply:26: a face refers to vertex 14, but there are 14 (counted from 0)");
-  // Also where they make no triangle.
+  // Indices are checked even if they make no triangle.
   EXPECT_EQ(errorAfter({{0, 1, 2}, {0, 0, 99}}),
             "a.ply:26: a face refers to vertex 99, but there are 14 (counted from 0)");
   EXPECT_EQ(errorAfter({{0, 1, 2, -1, 99}}),

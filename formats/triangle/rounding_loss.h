@@ -13,7 +13,8 @@
 
 namespace t4d::formats {
 
-/// What rounding coordinates does to a shape: how much of its surface becomes flat or turns over.
+/// The effect of rounding coordinates on a shape: how much of its surface becomes flat or turns
+/// over.
 class RoundingLoss {
  public:
   /// Rounding to multiples of `step`, or to float32.

@@ -35,7 +35,7 @@ TEST(RoundingLoss, IsNoneWhereFloat32IsFineEnough) {
 }
 
 TEST(RoundingLoss, CountsTrianglesThatBecomeFlat) {
-  // In steps of 1, of the 16 strips one keeps its width.
+  // One of the 16 strips keeps its width in steps of 1.
   const auto line = lossOf(squareAt(1 << 23, 16));
   ASSERT_TRUE(line);
   EXPECT_NE(line->find("30 of 32 triangles become flat or turn over in float32, which has steps of "

@@ -74,7 +74,7 @@ TEST(StlReader, SaysWhatIsWrongWithATextFile) {
                     "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
                     "vertex 1 1 0\nvertex 0 1 0\n"),
             "quad.stl:7: found 'vertex', expected 'endloop'");
-  // Each word of a facet.
+  // Each word of a facet is required.
   const std::string solid = "solid\n" + kFacet + "endsolid\n";
   for (const std::string word : {"normal", "outer", "loop", "vertex", "endloop", "endfacet"}) {
     std::string other = solid;

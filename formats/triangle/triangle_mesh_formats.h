@@ -31,7 +31,7 @@ struct TriangleMeshFormat {
   /// The format has units and axes of its own: `write` uses `MeshWriteOptions::placement`.
   bool placed = false;
 
-  /// What it holds besides triangles, for users.
+  /// The contents that it holds besides triangles, for users.
   std::vector<std::string_view> keeps = {};
 };
 

@@ -9,7 +9,7 @@
 #include "formats/triangle/vertex_normals.h"
 #include "t4d/surface.h"
 
-/// What the writers of triangle meshes share.
+/// Functions that the writers of triangle meshes share.
 namespace t4d::formats {
 
 /// Fails on a mesh that cannot be written: coordinates that are not finite, indices out of range.
@@ -34,7 +34,7 @@ bool fits(const model::Attribute& attribute, const model::TriangleMesh& mesh);
 /// The name with everything but ASCII letters, digits and `_` replaced by `_`.
 std::string plainName(std::string_view name);
 
-/// "vertex attribute 'NAME': WHY"
+/// The line "vertex attribute 'NAME': WHY" about a lost attribute.
 std::string lostLine(const model::Attribute& attribute, std::string_view why);
 
 /// The name of the attribute that numbers the materials of triangles.

@@ -149,7 +149,7 @@ Result<void> UsdStage::put(Body& body, double timeCode, const UsdValue& value) {
   return {};
 }
 
-/// What the body does not have any more has no value.
+/// Blocks the values that the body no longer has.
 Result<void> UsdStage::block(Body& body, double timeCode, const std::vector<UsdValue>& present) {
   for (auto& [name, property] : body.properties) {
     if (std::ranges::find(present, name, &UsdValue::name) != present.end()) continue;

@@ -17,7 +17,8 @@ namespace t4d::formats {
 
 /// A USD layer in the making: an Xform that says where the solid is, and below it a Mesh for each
 /// body. Text has the samples of an attribute together, while they come frame by frame: so values
-/// go to a scratch file, and `finish` puts them in order. In memory is what an attribute had last.
+/// go to a scratch file, and `finish` puts them in order. Only the last value of an attribute is in
+/// memory.
 ///
 /// A value that does not change is written once, and again where it ends if players interpolate it.
 /// A value that never changes is not animated: a mesh that keeps its triangles has them once.
@@ -51,7 +52,7 @@ class UsdStage {
   Result<void> declare(std::size_t body, const NamedMesh& named);
 
   const model::Point3& center() const { return options_.center; }
-  /// About how many bytes the text has.
+  /// The approximate size of the text, in bytes.
   std::uint64_t textBytes() const { return textBytes_; }
 
   struct Span {

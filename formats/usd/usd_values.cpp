@@ -180,7 +180,7 @@ std::string numbersText(const Attribute& attribute, std::size_t width) {
   return "[]";
 }
 
-/// As a primvar. Of corners: three rows in one, as USD has them one after the other.
+/// The attribute as a primvar. USD has the rows of a triangle's corners one after the other.
 UsdValue primvarOf(const Attribute& attribute, bool ofCorners, const std::string& name) {
   const std::size_t components = attribute.components / (ofCorners ? 3 : 1);
   std::string type = usdScalar(attribute.type);

@@ -36,7 +36,7 @@ Result<std::vector<UsdValue>> usdMeshValues(const NamedMesh& named, const model:
 std::string usdNumber(double number);
 /// "(x,y,z)"
 std::string usdTuple(std::initializer_list<double> numbers);
-/// In quotes, with escapes.
+/// The text in quotes, with escapes.
 std::string usdString(std::string_view text);
 /// The name with everything but ASCII letters, digits and `_` replaced by `_`, and `_` before a
 /// digit: what USD allows in every version.

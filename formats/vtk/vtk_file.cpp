@@ -27,12 +27,11 @@ using Attributes = std::map<std::string, std::string>;
 /// A piece of an array that is not compressed: a multiple of the size of every type.
 constexpr std::uint64_t kPieceBytes = std::uint64_t{1} << 20;
 
-/// Compressed arrays of a mesh are smaller by a factor of 5 to 200: numbers that count up, and
-/// types that are all the same, are the most. Those that ask for more than this ask for memory
-/// alone.
+/// Compressed arrays of a mesh are smaller by a factor of 5 to 200; most for numbers that count up
+/// and types that are all the same. Larger factors are attacks on memory.
 constexpr std::uint64_t kMostUnpackedRatio = 1000;
 constexpr std::uint64_t kAlwaysUnpacked = std::uint64_t{1} << 28;
-/// Names.
+/// The largest size of names.
 constexpr std::uint64_t kMostStringBytes = std::uint64_t{1} << 25;
 
 const std::map<std::string_view, Compressor> kCompressors = {

@@ -13,7 +13,7 @@
 #include "formats/packed_block.h"
 #include "t4d/mesh.h"
 
-/// The XML of VTK's files, and their arrays as bytes. What the arrays mean is the readers'.
+/// The XML of VTK's files, and their arrays as bytes. The readers know what the arrays mean.
 namespace t4d::formats {
 
 /// An array: where its values are. The file must outlive it.
@@ -66,7 +66,7 @@ const VtkArray* arrayNamed(const std::vector<VtkArray>& arrays, std::string_view
 
 class VtkFile {
  public:
-  /// Parses the XML. Fails if it is not that of this type, or of an unknown compressor.
+  /// Parses the XML. Fails if it is of another type or an unknown compressor.
   static Result<VtkFile> open(const InputFile& file, VtkType type);
 
   const std::vector<VtkPiece>& pieces() const { return pieces_; }
@@ -114,7 +114,7 @@ class VtkFile {
   struct Blocks {
     Compressor compressor = Compressor::None;
     std::vector<Block> list;
-    /// What the blocks refer to if it is not the file.
+    /// The bytes that the blocks refer to if it is not the file.
     std::unique_ptr<std::string> decoded = std::make_unique<std::string>();
 
     /// Adds bytes that are not compressed.
@@ -125,7 +125,7 @@ class VtkFile {
 
   /// The bytes of an array that is not ASCII: base64 text, or all that follows in appended data.
   Result<std::string_view> storedOf(const VtkArray& array) const;
-  /// How many bytes the array says that it has.
+  /// The size that the array states, in bytes.
   Result<std::uint64_t> sizeSaidBy(const VtkArray& array) const;
   Result<Blocks> blocksOf(const VtkArray& array, std::uint64_t size);
   /// Unpacks the blocks of an array on several threads.
