@@ -178,7 +178,7 @@ class PlacedTriangles {
   double rounding_ = 0;
 };
 
-/// Where the triangles of `after` and their corners come from.
+/// The origins of the triangles of `after` and of their corners.
 struct Descent {
   std::vector<std::uint32_t> triangles;
   std::vector<SurfacePoint> corners;  ///< three for each triangle
@@ -266,7 +266,7 @@ class Tracer {
     return true;
   }
 
-  /// What is between vertices of `before`, and away from its triangles.
+  /// Traces a triangle that is between vertices of `before`, and away from its triangles.
   void traceFilling(std::uint32_t triangle, Descent& descent) const {
     std::optional<std::uint32_t> from;
     for (std::size_t k = 0; k < 3 && !from; ++k) {

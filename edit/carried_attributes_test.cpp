@@ -189,7 +189,7 @@ TEST(CarriedAttributes, TrianglesThatSurviveHaveTheirRows) {
 
 TEST(CarriedAttributes, AHoleHasColoursWithinTheRangeOfItsRim) {
   TriangleMesh mesh = fixtures::icosphere(1, 4);
-  // Without what is above a plane.
+  // The mesh loses what is above a plane.
   std::erase_if(mesh.triangles, [&](const Triangle& triangle) {
     return std::ranges::any_of(triangle,
                                [&](std::uint32_t v) { return mesh.vertices[v].z() > 0.8; });
@@ -237,7 +237,7 @@ TriangleMesh wrappedTorus(int around, int across) {
     for (std::size_t k = 0; k < 3; ++k) {
       const Point3& p = mesh.vertices[triangle[k]];
       at[k] = {std::atan2(p.y(), p.x()), std::atan2(p.z(), std::hypot(p.x(), p.y()) - 3)};
-      // On the side of the seam where the triangle is.
+      // Coordinates are those on the side of the seam where the triangle is.
       for (std::size_t i = 0; i < 2; ++i) {
         while (at[k][i] - at[0][i] > std::numbers::pi) at[k][i] -= 2 * std::numbers::pi;
         while (at[k][i] - at[0][i] < -std::numbers::pi) at[k][i] += 2 * std::numbers::pi;
@@ -372,7 +372,7 @@ TEST(CarriedAttributes, ASurfaceOfVoxelsHasWhatIsNearest) {
     const Point3 middle = (after.vertices[t[0]] + after.vertices[t[1]] + after.vertices[t[2]]) / 3;
     const double toFirst = std::abs(middle.norm() - 1);
     const double toSecond = std::abs((middle - Point3(1.1, 0.2, 0.1)).norm() - 1);
-    // Where it is clear which ball is near.
+    // The material is certain where one ball is clearly nearer.
     if (std::abs(toFirst - toSecond) > kVoxel) {
       EXPECT_EQ(materialOf(after, i), toFirst < toSecond ? 1U : 2U);
     }

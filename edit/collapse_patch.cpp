@@ -28,7 +28,7 @@ constexpr double kLeastCosine = 0.342;  // of 70 degrees
 /// Another round follows one that has collapsed an edge for each so many cells.
 constexpr std::uint64_t kFewestOfCells = 500;
 
-/// What a vertex may do.
+/// The freedom of a vertex to move.
 enum class Hold : std::uint8_t { Free, Time, Place };
 
 /// An edge that may be collapsed.
@@ -203,7 +203,7 @@ class PatchCollapser {
     return placeVertex(edge, pull);
   }
 
-  /// As placementOf, with sums of normals computed anew, free of rounding errors of earlier
+  /// Like placementOf, with sums of normals computed anew, free of rounding errors of earlier
   /// collapses.
   std::optional<VertexPlacement> exactPlacement(const Collapse& wanted) const {
     const auto& [a, b, pull] = wanted;
@@ -329,8 +329,8 @@ class PatchCollapser {
     return areSound && (least >= kFloor || least >= leastHeightAround(a, b));
   }
 
-  /// In space-time; and its slices face the same way as those around it, unless they did not
-  /// before.
+  /// Whether a normal turns little in space-time, and its slices face the same way as those around
+  /// it, unless they did not before.
   static bool turnsLittle(const Eigen::Vector4d& old, const Eigen::Vector4d& normal,
                           const Point3& mean) {
     if (old.dot(normal) < kLeastCosine * old.norm() * normal.norm()) return false;

@@ -93,7 +93,7 @@ std::vector<double> evenCuts(const Mesh4d& mesh, const std::vector<double>& time
   return cuts;
 }
 
-/// Where cells lie among the cuts.
+/// The positions of cells among the cuts.
 class CellPlaces {
  public:
   CellPlaces(const std::vector<Point4>& vertices, const std::vector<double>& cuts)

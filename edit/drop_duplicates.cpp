@@ -30,9 +30,9 @@ struct Equal {
   int net = 0;  ///< those that turn as `place` does, without those that turn the other way
 };
 
-/// How often each set of equal triangles counts. Sets form patches, which end where more than two
-/// sets meet, and where sets of one triangle meet those of several. Where every edge is traversed
-/// equally often in both directions, the net number is the same all over a patch.
+/// The multiplicity with which each set of equal triangles counts. Sets form patches, which end
+/// where more than two sets meet, and where sets of one triangle meet those of several. Where every
+/// edge is traversed equally often in both directions, the net number is the same all over a patch.
 class Multiplicities {
  public:
   Multiplicities(const TriangleMesh& mesh, std::vector<Equal> sets)

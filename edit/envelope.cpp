@@ -49,7 +49,7 @@ double largestCoordinate(const model::Bounds3& bounds, const Point3& from) {
                   (bounds.min - from).cwiseAbs().maxCoeff());
 }
 
-/// How far vertices are moved at most when they are written.
+/// The largest distance by which vertices are moved when they are written.
 double roundingOfOutput(const model::Bounds3& bounds, const EnvelopeOptions& options) {
   if (!options.singlePrecisionAbout) return 0;
   constexpr double kSingle = 0x1p-23;  // half a unit in the last place, along three axes

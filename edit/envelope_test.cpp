@@ -330,7 +330,7 @@ TEST(Envelope, OutsideContainsTheTrueMotion) {
           if (single) options.singlePrecisionAbout = Point3(0.1, 0, 0);
           const Outside outside = outsideOf(solid, screw, steps, options);
           expectWithin(outside, solid, 31);
-          // As near as it says, and no nearer than it must be.
+          // The surface is as near as it says, and no nearer than it must be.
           EXPECT_GE(outside.envelope.errorBound, outside.chordBound);
           EXPECT_LE(outside.envelope.errorBound,
                     outside.chordBound + 1.85 * outside.envelope.voxelSize);

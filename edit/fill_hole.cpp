@@ -96,7 +96,7 @@ Result<std::vector<model::Triangle>> fillHole(const model::TriangleMesh& mesh,
   std::vector<model::Triangle> triangles;
   triangles.reserve(found.size());
   for (const HoleTriangle& triangle : found) {
-    // In ascending order in the loop: in its direction. Turned against it.
+    // Ascending order is the direction of the loop. The triangle is turned against it.
     std::array<int, 3> at = {triangle.first, triangle.second, triangle.third};
     std::ranges::sort(at);
     triangles.push_back({loop[at[2]], loop[at[1]], loop[at[0]]});

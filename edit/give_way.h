@@ -16,7 +16,7 @@ struct Push {
 using LayerPushes = std::map<std::uint32_t, Push>;
 using Pushes = std::map<LayerKey, LayerPushes>;
 
-/// How pushes spread.
+/// The way in which pushes spread.
 struct Spread {
   double space = 0;   ///< up to this distance, positive
   double time = 0;    ///< up to this time before and after

@@ -68,7 +68,7 @@ Result<void> closeAndSeparate(TriangleMesh& mesh, VertexLineage& lineage,
               Remedy::Remesh);
 }
 
-/// The last resort.
+/// Remeshes the surface, as a last resort.
 Result<void> remesh(TriangleMesh& mesh, double voxelSize, const model::UnitScale& scale,
                     Changes& changes, const model::Progress& progress) {
   // The sign of an open surface is that of its cone from the middle.

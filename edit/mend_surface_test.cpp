@@ -286,7 +286,7 @@ TEST(MendSurface, FillsASheetToTheSolidThatItBends) {
 TEST(MendSurface, FillsHolesThatTouchAtAVertex) {
   TriangleMesh mesh = fixtures::icosphere(1, 3);
   const double volume = signedVolume(mesh);
-  // Every second triangle around the first vertex.
+  // The mesh loses every second triangle around the first vertex.
   std::uint32_t found = 0;
   std::erase_if(mesh.triangles, [&](const Triangle& triangle) {
     return std::ranges::count(triangle, 0U) > 0 && ++found % 2 == 0;
@@ -304,7 +304,7 @@ TEST(MendSurface, TakesTheUnionOfCubes) {
   TriangleMesh coplanar = both(fixtures::cube(2), translated(fixtures::cube(2), {1, 0, 0}));
   EXPECT_THAT(mended(coplanar), ElementsAre("crossing"));
   EXPECT_NEAR(signedVolume(coplanar), 12, 1e-12);
-  // A common side.
+  // The cubes share a side.
   TriangleMesh side = both(fixtures::cube(2), translated(fixtures::cube(2), {2, 0, 0}));
   mended(side);
   EXPECT_NEAR(signedVolume(side), 16, 1e-12);
@@ -354,7 +354,7 @@ TEST(MendSurface, CutsAwayWhatPierces) {
 }
 
 TEST(MendSurface, TakesApartWhatTouches) {
-  // At a vertex, and along an edge.
+  // The cubes share a vertex, then an edge.
   TriangleMesh vertex = both(fixtures::cube(2), translated(fixtures::cube(2), {2, 2, 2}));
   EXPECT_THAT(mended(vertex), ElementsAre("doubled", "non-manifold"));
   EXPECT_NEAR(signedVolume(vertex), 16, 1e-3);

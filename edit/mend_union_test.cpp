@@ -107,7 +107,7 @@ TEST(MendUnion, OfTetrahedraInEachOtherThatShareAnEdgeAlone) {
   TriangleMesh outer = tetrahedron(1);
   ASSERT_NEAR(std::abs(signedVolume(outer)), 1.0 / 6, 1e-15);
   TriangleMesh inner = tetrahedron(0.25);
-  // Within the wedge of the outer one.
+  // The inner one is within the wedge of the outer one.
   inner.vertices[2] = {0.3, 0.1, 0.5};
   inner.vertices[3] = {0.1, 0.3, 0.5};
   for (TriangleMesh* mesh : {&outer, &inner}) {
@@ -164,7 +164,7 @@ int cellsIn(const std::vector<LatticeBox>& boxes, int size) {
 
 constexpr int kLattice = 4;
 
-/// From two to five boxes on the lattice: they share faces, edges and corners.
+/// Two to five boxes on the lattice, which share faces, edges and corners.
 std::vector<LatticeBox> randomBoxes(std::mt19937& random) {
   const auto below = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
   std::vector<LatticeBox> boxes(2 + below(4));

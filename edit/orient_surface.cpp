@@ -22,7 +22,7 @@ using model::Point3;
 using model::Triangle;
 using model::TriangleMesh;
 
-/// How often each edge is traversed forward, less how often backward.
+/// The number of times that each edge is traversed forward, less backward.
 std::vector<int> balanceOf(const TriangleMesh& mesh, const model::SurfaceEdges& edges) {
   std::vector<int> balance(edges.edges.size());
   for (std::size_t e = 0; e < balance.size(); ++e) {
@@ -289,7 +289,7 @@ bool faceOutward(TriangleMesh& mesh, Changes& changes) {
   };
   auto components = componentsOf(mesh);
   if (signedVolume(mesh) < 0) std::ranges::for_each(components, turnAll);
-  // From the largest on, so that what a component is in has its final orientation.
+  // The largest comes first, so that what a component is in has its final orientation.
   std::ranges::sort(components, std::greater(),
                     [](const Component& component) { return std::abs(component.volume); });
   if (components.size() > 1) {

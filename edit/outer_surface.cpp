@@ -178,7 +178,7 @@ class Arrangement {
     });
   }
 
-  /// Where two triangles of different planes meet, as a constraint of both.
+  /// Adds the segment where two triangles of different planes meet as a constraint of both.
   void addCrossing(std::uint32_t a, std::uint32_t b) {
     // An Object is made of the variants of all versions of CGAL.
     const CGAL::Object common = CGAL::intersection(exactTriangle(a), exactTriangle(b));
@@ -336,8 +336,8 @@ class Classifier {
     return static_cast<int>(whole);
   }
 
-  /// As `behind`, in exact arithmetic, for pieces thinner than rounding: counts the triangles that
-  /// a line from within the piece meets. Nothing if all lines that are tried touch an edge.
+  /// Like `behind`, in exact arithmetic, for pieces thinner than rounding: counts the triangles
+  /// that a line from within the piece meets. Nothing if all lines that are tried touch an edge.
   std::optional<int> exactlyBehind(const Piece& piece) const {
     std::array<ExactPoint, 3> corners;
     for (int i = 0; i < 3; ++i) corners[i] = arrangement_.exactPlace(piece.corners[i]);

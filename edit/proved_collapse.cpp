@@ -24,7 +24,7 @@ using model::Cell;
 constexpr double kMostBad = 0.01;
 constexpr double kSmallerReach = 0.75;
 
-/// After so many, nothing is collapsed.
+/// After this many tries, nothing is collapsed.
 constexpr int kTries = 30;
 
 /// So many tries leave out the same number of collapses; the next, twice as many.

@@ -16,7 +16,7 @@ struct ReducedSurface {
 
 /// A closed surface with some of the vertices of another one and, if possible, no more than
 /// `triangles` triangles, made by meshoptimizer: edges collapse in the order of their quadric
-/// errors, without moving vertices. Its triangles may cross. Without attributes.
+/// errors, without moving vertices. Its triangles may cross. It has no attributes.
 ///
 /// Needs reducesSurfaces().
 ReducedSurface reducedSurface(const model::TriangleMesh& mesh, std::size_t triangles);

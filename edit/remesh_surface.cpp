@@ -101,7 +101,8 @@ class Remesher {
     }
   }
 
-  /// Of the corners of cubes: the distance from the triangles, in voxels, negative inside; never 0.
+  /// Finds the values at the corners of cubes: the distance from the triangles, in voxels, negative
+  /// inside; never 0.
   Result<void> findValues(std::span<const std::uint64_t> cubes, const model::Progress& progress) {
     std::vector<std::uint64_t> points = measure::allCornersOf(cubes);
     std::erase_if(points, [&](std::uint64_t point) { return values_.contains(point); });

@@ -38,7 +38,7 @@ constexpr double kSmallestFraction = 1.0 / 64;
 /// Triangles of obstacles that are kept for the next look.
 constexpr std::size_t kKeptTriangles = 300'000;
 
-/// Which way vertices move out.
+/// The direction in which vertices move out.
 enum class Way : std::uint8_t { Nearest, Inward };
 
 std::string placeText(const Point3& place) {
@@ -127,7 +127,7 @@ class Attempt {
     for (std::size_t k = 0; k <= tracks_.steps(); ++k) layers_[{k, 0}] = tracks_.layerTime(k);
   }
 
-  /// Until nothing meets.
+  /// Handles contacts until nothing meets.
   Result<void> run(std::vector<ContactTime> contacts, double maxMove, const Spread& by,
                    const model::Progress& progress) {
     maxMove_ = maxMove;
@@ -226,7 +226,7 @@ class Attempt {
         return push(key, *near);
       }
     }
-    // Both layers follow what the time between them asks for.
+    // Both layers move as the time between them requires.
     const double fraction = begin + (end - begin) * (contact.time - from) / (to - from);
     const auto near = nearAt({lower.step, fraction}, contact.time, true);
     if (!near) return near.error();

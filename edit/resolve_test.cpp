@@ -47,7 +47,7 @@ model::Mesh copyOf(const model::Source& source) {
   return mesh;
 }
 
-/// What must hold of every resolved body.
+/// Checks what must hold for every resolved body.
 void expectSound(const model::Mesh& obstacle, const model::Mesh& before, const model::Mesh& after) {
   const model::Body a{"obstacle", &obstacle};
   const auto again = resolve({&a, 1}, {"body", &after}, {});
@@ -212,8 +212,8 @@ model::Mesh withNumbersAndTimes(const model::Mesh& mesh) {
 TEST(Resolve, AttributesStayWithTheirVerticesInNewLayersAndEnds) {
   const BallAndPlate given;
   const model::Body plate{"plate", &given.plate};
-  // In steps so long that some are divided; what moves does not come back, so the end is filled
-  // anew.
+  // Some of the steps are so long that they are divided; what moves does not come back, so the end
+  // is filled anew.
   const model::Mesh ball = withNumbersAndTimes(
       moved(placed(fixtures::icosphere(1, 3), {1, 1, 1}, {0, 0, -4}), {0, 0, 8}, 0, 3));
   const auto resolved = resolve({&plate, 1}, {"ball", &ball}, {.smoothTime = 0.1, .stay = true});

@@ -210,7 +210,7 @@ Result<void> checkPreserved(const std::string& name, const std::vector<Attribute
           names.empty() ? "there is none" : fmt::format("there is {}", fmt::join(names, ", "))));
 }
 
-/// What a first reading of the mesh finds.
+/// The findings of a first reading of the mesh.
 struct Survey {
   measure::MeshReport mesh;
   CommonAttributes attributes;

@@ -115,7 +115,7 @@ std::vector<std::uint32_t> CellSplitter::section(const Cell& cell, const std::ar
   }
   for (std::size_t i = 0; i < below.size(); ++i) {
     for (std::size_t j = 0; j < above.size(); ++j) {
-      // Where two are on each side, the second row goes backwards.
+      // If two are on each side, the second row goes backwards.
       const std::size_t k = i % 2 == 0 ? j : above.size() - 1 - j;
       corners.push_back(cutVertex(cell, below[i], above[k], time));
     }

@@ -279,8 +279,8 @@ Result<void> takeApart(TriangleMesh& mesh, VertexLineage& lineage, Changes& chan
   TriangleMesh apart = split.mesh;
   const std::vector<Copy> copies = copiesOf(apart, split.copies);
   const std::vector<Point3> places = apart.vertices;
-  // Into the solid. Where surfaces are nested at a vertex, or a solid is too thin there, some have
-  // to go another way: that with the fewest faults, one copy after the other.
+  // Copies move into the solid. Where surfaces are nested at a vertex, or a solid is too thin
+  // there, some have to go another way: that with the fewest faults, one copy after the other.
   for (const Copy& copy : copies) apart.vertices[copy.vertex] -= copy.step * copy.outward;
   constexpr std::size_t kMostTried = 1000;
   constexpr int kRounds = 4;

@@ -6,8 +6,7 @@
 
 namespace t4d::edit {
 
-/// What determines the position of the vertex that an edge collapses to. Positions are offsets from
-/// the end a.
+/// The data for placing the vertex that an edge collapses to. Positions are offsets from the end a.
 struct EdgeCollapse {
   Quadric4 quadric;                 ///< sum of those of both ends
   Eigen::Vector4d edge;             ///< from a to b

@@ -1,4 +1,4 @@
-// What a build without CGAL has of the functions that need it.
+// The functions that need CGAL, in a build without it.
 #include "edit/convex_hull.h"
 #include "edit/fill_hole.h"
 #include "edit/outer_surface.h"

@@ -46,7 +46,7 @@ struct HeldSlab {
   std::shared_ptr<const Slab> slab;
 };
 
-/// Which bodies have each vertex of the slabs of one span.
+/// For each vertex of the slabs of one span, the bodies that have it.
 class SharedVertices {
  public:
   explicit SharedVertices(std::span<const HeldSlab> slabs) {

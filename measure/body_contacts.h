@@ -30,7 +30,8 @@ struct BodyContact {
   std::size_t other = 0;  ///< the second
   double begin = 0;
   double end = 0;
-  /// Of its samples and at layers; if there are none, at a time in between.
+  /// The largest area of its samples and at layers; if there are none, the area at a time in
+  /// between.
   double largestArea = 0;
   std::vector<ContactSample> samples = {};  ///< in the order of time
 };
@@ -40,8 +41,8 @@ struct BodyContact {
 std::uint64_t contactSpanCount(std::span<const model::Body> bodies);
 
 /// The contacts of bodies, in the order of their begin, at the times of `options` (only `times` and
-/// `layers` count); in some of the spans alone, if given. In memory are a slab of each body, once
-/// for each thread. Fails if reading a slab does.
+/// `layers` count); in some of the spans alone, if given. Each thread has a slab of each body in
+/// memory. Fails if reading a slab does.
 Result<std::vector<BodyContact>> contactsOf(std::span<const model::Body> bodies,
                                             const TrackOptions& options,
                                             std::optional<model::PartRange> spans = {},

@@ -17,7 +17,7 @@ using model::Point3;
 using model::Point4;
 
 __extension__ using Int128 = __int128;
-/// Of any size; up to 512 bits without an allocation, enough for most coordinates.
+/// An integer of any size; up to 512 bits without an allocation, enough for most coordinates.
 using BigInt = boost::multiprecision::number<
     boost::multiprecision::cpp_int_backend<512, 0, boost::multiprecision::signed_magnitude,
                                            boost::multiprecision::unchecked,
@@ -61,7 +61,7 @@ class Determinants {
         high[i][j] = u[i][2] * u[j][3] - u[j][2] * u[i][3];
       }
     }
-    // With corner 7: four vectors. Expanded by minors of the first two rows (Laplace).
+    // Minors with corner 7 have four vectors: expanded by minors of the first two rows (Laplace).
     for (std::size_t i = 0; i < 7; ++i) {
       for (std::size_t j = i + 1; j < 7; ++j) {
         for (std::size_t k = j + 1; k < 7; ++k) {
@@ -74,7 +74,7 @@ class Determinants {
         }
       }
     }
-    // Without it: expanded by the row of ones.
+    // Those without it are expanded by the row of ones.
     for (unsigned mask = 0; mask < 0x80; ++mask) {
       if (std::popcount(mask) != 5) continue;
       Number sum = 0;
@@ -102,7 +102,7 @@ class Determinants {
 struct Integers {
   std::array<std::array<double, 8>, 4> values{};  ///< by axis, then by corner; whole numbers
   std::array<int, 4> exponents{};                 ///< values * 2^exponent are the coordinates
-  /// Of a determinant, a bound of all that is computed on the way; infinity for a very large one.
+  /// A bound of all numbers on the way to a determinant; infinity for a very large one.
   double bound = 0;
 };
 
@@ -258,7 +258,7 @@ class Collected {
 /// Signs of the coefficients of a dependency, those of b reversed: equal for a common point.
 enum class Answer : std::uint8_t { No, Yes, Unknown };
 
-/// Of one set of six corners; `signs` are those of its determinants, 2 if not known.
+/// The answer for one set of six corners; `sign` gives those of its determinants, 2 if not known.
 template <class SignOf>
 Answer answerOf(Mask six, SignOf sign) {
   bool plus = false;
@@ -318,7 +318,7 @@ struct Decision {
   std::optional<CellMeeting> meeting;
 };
 
-/// With determinants that are exact.
+/// Decides with exact determinants.
 template <class Number>
 Decision decideExactly(const Determinants<Number>& determinants, const Corners8& corners) {
   Collected collected;

@@ -11,7 +11,7 @@ namespace t4d::measure {
 /// The corners of a cell; it may be flat.
 using CellCorners = std::array<model::Point4, 4>;
 
-/// What two cells have in common: a convex polytope.
+/// The common points of two cells: a convex polytope.
 struct CellMeeting {
   double timeBegin = 0;                         ///< least t of a common point
   double timeEnd = 0;                           ///< greatest t of a common point
@@ -40,7 +40,7 @@ struct CellMeeting {
 std::optional<CellMeeting> meetingOf(const CellCorners& a, const CellCorners& b,
                                      bool crossingsOnly = false);
 
-/// As meetingOf, but the times are exact and rounded once. Slower by one or two orders of
+/// Like meetingOf, but times are exact and rounded once. It is slower by one or two orders of
 /// magnitude.
 std::optional<CellMeeting> meetingRoundedOnce(const CellCorners& a, const CellCorners& b);
 

@@ -262,7 +262,7 @@ TEST(CellPair, AgreesWithExactArithmeticOnNumbersOfManyDigits) {
 }
 
 TEST(CellPair, CellsOfAHyperplaneCoincideIfTheyFaceTheSameWayAndHaveAVolumeInCommon) {
-  // Of a slanted hyperplane, t = x + 2 y - z, and of one of constant time.
+  // The slices by a slanted hyperplane, t = x + 2 y - z, and by one of constant time.
   for (const Point3& slant : {Point3(1, 2, -1), Point3(0, 0, 0)}) {
     const auto cell = [&](const Point3& at) {
       CellCorners corners;

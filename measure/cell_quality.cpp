@@ -27,7 +27,7 @@ std::array<Vector3d, 3> inItsOwnSpace(const std::array<Vector4d, 3>& edges) {
         rest -= along * axes[k];
       }
     }
-    // In units of the longest component: what is no more than rounding is nothing.
+    // Edges are in units of the longest component: lengths within rounding count as 0.
     constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
     local[i][i] = rest.norm();
     if (local[i][i] <= kRounding) local[i][i] = 0;
@@ -54,7 +54,7 @@ CellQuality qualityOf(const std::array<model::Point4, 4>& corners, double timeSc
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   CellQuality quality{0, kInfinity, kInfinity, 0, 180, 0};
   if (!(longest > 0)) return quality;
-  // In a unit of its own, products of six lengths neither overflow nor vanish.
+  // In units of the longest component, products of six lengths neither overflow nor vanish.
   for (Vector4d& edge : edges) edge /= longest;
   const std::array<Vector3d, 3> at = inItsOwnSpace(edges);
   const std::array<Vector3d, 4> p = {Vector3d::Zero(), at[0], at[1], at[2]};
@@ -69,7 +69,8 @@ CellQuality qualityOf(const std::array<model::Point4, 4>& corners, double timeSc
   quality.edgeRatio = longestEdge / shortestEdge;
   if (!(volume > 0)) return quality;
 
-  // Of length twice the area, all outward or all inward; side i lies opposite corner i.
+  // Each normal has the length of twice the area, all outward or all inward; side i lies opposite
+  // corner i.
   const std::array<Vector3d, 4> normals = {(p[2] - p[1]).cross(p[3] - p[1]), p[3].cross(p[2]),
                                            p[1].cross(p[3]), p[2].cross(p[1])};
   std::array<double, 4> sides;

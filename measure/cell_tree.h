@@ -29,7 +29,7 @@ class CellTree {
   /// had the same connectivity, by identity.
   void fit(const model::Slab& slab, const model::TimeSpan& window);
 
-  /// The root comes first. None for a slab without cells.
+  /// The nodes, the root first; none for a slab without cells.
   std::span<const Node> nodes() const { return nodes_; }
   /// The vertices of a leaf's cells, each once.
   std::span<const std::uint32_t> verticesOf(const Node& leaf) const {
@@ -38,7 +38,7 @@ class CellTree {
   /// The most cells and vertices of a leaf.
   static constexpr std::size_t kMostCells = 16;
   static constexpr std::size_t kMostVertices = 1 + 3 * kMostCells;  // one is common to all
-  /// Of all cells in the window.
+  /// The bounds of all cells in the window.
   model::Bounds4 bounds() const;
 
  private:

@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 using model::LayerPose;
 using model::Slab;
 
-/// Of the triangles of the lower layer, the edge that is longest across an axis.
+/// The longest edge of triangles of the lower layer, measured across an axis.
 double longestEdge(const Slab& slab, const Vector3d& axis) {
   double longest = 0;
   const std::uint32_t lower = slab.connectivity->lowerCount;
@@ -33,8 +33,9 @@ double longestEdge(const Slab& slab, const Vector3d& axis) {
   return longest;
 }
 
-/// The pose of a layer that has none stated: that of another layer, `like`, moved rigidly; as
-/// `like`, if it is that but for a translation. Nothing if the layer is not that one, moved.
+/// The pose of a layer without a stated one: that of another layer, `like`, moved rigidly; with the
+/// rotation of `like` if only a translation lies between them. Nothing if the layer is not `like`,
+/// moved.
 std::shared_ptr<const LayerPose> fittedPose(std::span<const model::Point4> layer,
                                             const LayerPose& like) {
   if (layer.empty() || like.reference->size() != layer.size()) return nullptr;
@@ -144,7 +145,7 @@ Result<std::optional<ChordBound>> chordBound(const model::Source& source,
   for (std::size_t i = 0; i < source.slabCount(); ++i) {
     const model::TimeSpan own = source.timeSpan(i);
     if (own.begin >= span.end && own.end > own.begin) break;
-    // Those before the span only to know where it begins.
+    // Slabs before the span are read only to know where it begins.
     const bool next = i + 1 < source.slabCount() && source.timeSpan(i + 1).end > span.begin;
     if (own.end <= span.begin && !next) continue;
     const auto slab = source.slab(i);

@@ -14,11 +14,11 @@ struct ChordBound : model::Chords {
   double bound = 0;         ///< the largest of any step, and `rounding`, in length units
   bool isStated = false;    ///< MotionBetweenLayers::bound; the rest is that of the screws
   double angleRadians = 0;  ///< of the step that has it, as the radius and the edge
-  /// How far the rounding of coordinates to float32 moves points; 0 for float64.
+  /// The distance by which rounding coordinates to float32 moves points; 0 for float64.
   double rounding = 0;
 };
 
-/// What is known of the motion from one layer to the next.
+/// The known facts about the motion from one layer to the next.
 struct MotionBetweenLayers {
   /// It is the screw from pose to pose, or has a stated bound; otherwise nothing is known.
   bool isKnown = true;
@@ -27,8 +27,8 @@ struct MotionBetweenLayers {
   std::optional<double> bound = {};
 };
 
-/// Of the slabs that have a part of `span`. Nothing if the mesh has layers without a pose (of
-/// deformations, of voxels), or if nothing else is known of the motion between them.
+/// The bound for the slabs that have a part of `span`. Nothing if the mesh has layers without a
+/// pose (of deformations, of voxels), or if nothing else is known of the motion between them.
 Result<std::optional<ChordBound>> chordBound(const model::Source& source,
                                              const model::TimeSpan& span,
                                              const MotionBetweenLayers& motion = {},

@@ -45,7 +45,7 @@ model::Mesh standing(const model::TriangleMesh& solid) {
   return mesh;
 }
 
-/// Of two slices, in contact or not.
+/// Measures two slices, in contact or not.
 Result<ClearanceSample> sampleOf(const slice::LightSlice& a, const slice::LightSlice& b,
                                  bool contact, double bound) {
   ClearanceSample sample;

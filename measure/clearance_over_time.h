@@ -7,7 +7,7 @@
 
 namespace t4d::measure {
 
-/// How near two solids are at a time.
+/// The clearance of two solids at a time.
 struct ClearanceSample {
   double time = 0;
   double distance = 0;    ///< of the meshes; 0 in contact

@@ -9,7 +9,7 @@
 
 namespace t4d::measure {
 
-/// What the 4D meshes say of the motions that they were made of.
+/// Conclusions from 4D meshes about the motions that they were made of.
 enum class Verdict : std::uint8_t {
   Hit,  ///< the solids overlap for certain
   /// They touch, and overlap by no more than the rounding of coordinates; only said if the meshes
@@ -31,7 +31,7 @@ struct CollisionVerdict {
   double knownBound() const {
     return (chordsA ? chordsA->bound : 0) + (chordsB ? chordsB->bound : 0);
   }
-  /// Of solids that overlap: a lower bound of the largest distance of a point in both from both
+  /// For solids that overlap: a lower bound of the largest distance of a point in both from both
   /// surfaces, at the deepest time of an interval.
   double depth = 0;
   /// For Clear: the true solids are apart by at least this at all times.
@@ -56,7 +56,7 @@ struct ClearanceVerdict {
   /// The true solids are apart by at least `least` and, at some time, by at most `most`.
   double least = 0;
   double most = 0;
-  /// As those of CollisionVerdict, for Unknown.
+  /// For Unknown, the same as in CollisionVerdict.
   std::optional<double> minVolumeRatio;
   std::optional<double> maxDeviation;
 };

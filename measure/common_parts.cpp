@@ -151,7 +151,7 @@ class Touching {
   }
 
  private:
-  /// Of an edge in the plane of the triangle.
+  /// The hit of an edge in the plane of the triangle.
   std::optional<EdgeHit> hitInPlane(const Point3& p, const Point3& q,
                                     const std::array<Point3, 3>& t) const {
     const Vector3d normal = (t[1] - t[0]).cross(t[2] - t[0]);
@@ -199,13 +199,13 @@ class CommonEdges {
         windingB_(b),
         touching_(rounding) {}
 
-  /// Of two triangles that meet.
+  /// The crossing of two triangles that meet.
   struct Crossing {
     bool bounds = false;  // a common part
     CommonEdge edge;
   };
 
-  /// Where vertices lie that are not on the other surface.
+  /// The side of the other surface on which a vertex lies.
   enum class Side : std::uint8_t { Unknown, Outside, Inside };
 
   /// Not for points on the surface; the number is within a few hundredths.
@@ -258,7 +258,7 @@ class CommonEdges {
   /// Adds an edge that does not meet the other surface, if it is inside.
   void addWhole(const NearSurface& surface, const model::EdgeSides& edge,
                 const WindingNumber& winding, std::vector<Side>& sides) {
-    // What is known of one end is so of the other.
+    // Both ends are on the same side.
     Side side = std::max(sides[edge.low], sides[edge.high]);
     const Point3& p = surface.point(edge.low);
     const Point3& q = surface.point(edge.high);

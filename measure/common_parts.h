@@ -12,15 +12,14 @@ struct CommonPart {
   model::Bounds3 bounds;               ///< of the corners
 };
 
-/// How far parts are apart along an axis, as a fraction of the extent of both together: at least
-/// this.
+/// The least distance of parts along an axis, as a fraction of the extent of both together.
 inline constexpr double kLeastGapOfParts = 1.0 / 128;
 
 /// The points that are in both of two solids, in parts that lie apart along an axis. Nothing if
 /// their interiors have no common point, and for surfaces that touch from outside up to the
 /// rounding of coordinates.
 ///
-/// What two solids have in common is a polyhedron. Its edges are the segments in which triangles of
+/// The common part of two solids is a polyhedron. Its edges are the segments in which triangles of
 /// the two surfaces cross, and the pieces of edges of one surface that lie inside the other; its
 /// corners are the ends of these. They are found however small it is. Parts are told apart by
 /// planes across an axis that no edge crosses.

@@ -89,8 +89,7 @@ std::vector<double> timesAmidSteps(std::span<const model::Body> bodies, const mo
       }
     }
   }
-  // So many times in a step show what happens in it. A step that has as many may be shorter by
-  // rounding.
+  // This many times within a step show what happens in it. Rounding may make a step shorter.
   constexpr double kTimesThatShowAStep = 4 * (1 - 1e-9);
   for (std::size_t i = 1; i + 1 < times.size(); ++i) {
     const double length = steps[i].end - steps[i].begin;

@@ -165,7 +165,8 @@ void ComponentHistory::workSolids(SlabShells* current, double time,
   }
   for (std::uint32_t o = 0; o < outers.size(); ++o) sets.unite(firstOuter + o, outers[o].with);
 
-  // Of a class with one outward surface all cavities are in it; those of others are looked for.
+  // Where a class has one outward surface, all its cavities are in that; owners of others are
+  // searched.
   std::vector<std::uint32_t> outerCount(firstOuter + outers.size(), 0);
   std::vector<std::uint32_t> soleOuter(firstOuter + outers.size(), kNoIndex);
   std::unordered_map<std::uint32_t, std::uint32_t> outerOfShell;
@@ -191,7 +192,7 @@ void ComponentHistory::workSolids(SlabShells* current, double time,
     for (std::size_t i = 0; i < unknown.size(); ++i) nextOf[unknown[i]] = next[i];
     for (const std::uint32_t shell : unknown) {
       std::uint32_t at = shell;
-      // From cavity to cavity of one solid; each is farther along the ray's direction.
+      // Steps from cavity to cavity of one solid; each is farther along the ray's direction.
       for (std::size_t steps = 0; steps <= unknown.size() && at != kNoIndex; ++steps) {
         if (shells_[at].outer || ownerOf.contains(at) || !nextOf.contains(at)) break;
         at = nextOf[at];
@@ -311,7 +312,7 @@ void ComponentHistory::addDetails(double time, const std::vector<Transition*>& t
       if (one->shellsBelow.empty()) kind = CavityAppears;
       if (one->shellsAbove.empty()) kind = CavityVanishes;
       const bool only = alone && outersBelow + outersAbove == 0;
-      // Those of a cavity alone are of its solid, which goes on.
+      // The tracks of a cavity alone are those of its solid, which goes on.
       const auto& others = one->tracksBefore.empty() ? after : one->tracksBefore;
       addEvent(time, kind, one->place(), others, after.empty() ? others : after,
                static_cast<std::uint64_t>(std::abs(innersAbove - innersBelow)),

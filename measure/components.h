@@ -38,7 +38,7 @@ class ComponentCounter {
   /// Components so far, including those that reach the last upper layer.
   std::uint64_t count() const { return finished_ + endedFirsts_ + live_; }
 
-  /// From the next slab on, which is a part's first, components are known for `span`.
+  /// Tracks components for `span` from the next slab on, which is the first of a part.
   void trackSpan() { tracks_ = true; }
   ComponentSpan span() const;
 

@@ -16,7 +16,7 @@ struct ContactStretch {
   bool overlaps = false;
   /// A time in the stretch during which two cells cross; an instant if there is none.
   model::TimeSpan crossing{0, 0};
-  /// Whether `begin` and `end` are final: of slabs before, or rounded once.
+  /// Whether `begin` and `end` are final: from earlier slabs, or rounded once.
   bool beginKnown = false;
   bool endKnown = false;
 };
@@ -32,7 +32,7 @@ class ContactStretches {
   }
   /// Whether a time span lies in a stretch that overlaps: what is in contact then adds nothing.
   bool covers(double begin, double end) const;
-  /// Whether it lies in any stretch: then only a crossing adds something.
+  /// Whether the span lies in any stretch: then only a crossing adds something.
   bool includes(double begin, double end) const;
 
   std::span<const ContactStretch> all() const { return all_; }

@@ -5,7 +5,7 @@
 
 #include "t4d/check.h"
 
-/// What of tracks and events follows from the rest.
+/// Data of tracks and events that follows from the rest.
 namespace t4d::measure {
 
 /// The kind and the count of an event in which so many tracks end and begin.

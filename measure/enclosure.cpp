@@ -56,7 +56,8 @@ EnclosedPlaces::EnclosedPlaces(const TriangleMesh& surface) : surface_(surface),
   pieceLength_ = (bounds_.max - bounds_.min).norm() / kPieces;
 }
 
-/// Those that are far away may be as long as that: they are not many, however large the mesh.
+/// Pieces that are far away may be as long as their distance: they are not many, however large the
+/// mesh.
 double EnclosedPlaces::longestPiece(const std::array<model::Point3, 3>& piece) const {
   model::Bounds3 box;
   for (const model::Point3& corner : piece) box.add(corner);

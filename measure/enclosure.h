@@ -15,7 +15,7 @@ class EnclosedPlaces {
   explicit EnclosedPlaces(const model::TriangleMesh& surface);
 
   /// The least distance between the surface and `mesh`, at most `enough`, if a closed `mesh`
-  /// encloses the places; 0 if it does not. Not more than the true one, but for rounding.
+  /// encloses the places; 0 if it does not. It is not more than the true one, except for rounding.
   ///
   /// A distance of r > 0 proves that `mesh` has a winding number of 1 or more at all places within
   /// r of these. Since the surfaces do not meet, the winding number of each is constant on every

@@ -12,7 +12,8 @@ using model::Point3;
 using Factor = model::ExactSum::Factor;
 
 constexpr double kUnit = std::numeric_limits<double>::epsilon() / 2;  // of rounding
-// Of the determinants computed in doubles, relative to the sum of the magnitudes of their terms.
+// Error bounds of the determinants computed in doubles, relative to the sum of the magnitudes of
+// their terms.
 constexpr double kBound2 = (3 + 16 * kUnit) * kUnit;
 constexpr double kBound3 = (7 + 56 * kUnit) * kUnit;
 // Below, products may have lost bits that are too small for a double.

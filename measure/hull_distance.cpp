@@ -62,7 +62,7 @@ class Outline {
   double timeOf(std::size_t corner) const { return chain_[corner].time; }
   double reachOf(std::size_t corner) const { return chain_[corner].reach; }
   const Point4& point(std::size_t corner) const { return points_[chain_[corner].point]; }
-  /// Between a corner and the next.
+  /// The reach at a time between a corner and the next.
   double reachAt(std::size_t corner, double time) const {
     const Corner& p = chain_[corner];
     const Corner& q = chain_[corner + 1];

@@ -6,7 +6,7 @@
 
 #include "t4d/mesh.h"
 
-/// How near convex hulls in space-time come to each other at equal times.
+/// The smallest distance of convex hulls in space-time at equal times.
 namespace t4d::measure {
 
 /// The smallest distance of two hulls at equal times.
@@ -18,10 +18,10 @@ struct HullDistance {
   model::Point3 pointB = model::Point3::Zero();
 };
 
-/// Of the hulls of two sets of 1 to kMostHullPoints points; nothing if they have no time in common.
-/// The differences of points of the hulls at equal times are a convex polytope in space: the
-/// section of the difference of the hulls by t = 0. Its point nearest to the origin is found by the
-/// algorithm of Gilbert, Johnson and Keerthi (1988), and the plane through that point,
+/// The distance of the hulls of two sets of 1 to kMostHullPoints points; nothing if they have no
+/// time in common. The differences of points of the hulls at equal times are a convex polytope in
+/// space: the section of the difference of the hulls by t = 0. Its point nearest to the origin is
+/// found by the algorithm of Gilbert, Johnson and Keerthi (1988), and the plane through that point,
 /// perpendicular to its direction, proves the bound. The distance of two hulls that meet may come
 /// out as rounding errors.
 ///

@@ -101,7 +101,7 @@ TEST(HullDistance, NoPointsAtEqualTimesAreNearerThanTheBoundAndSomeAreAsNear) {
     if (found->distance < 1e-6) continue;
     ++apart;
     EXPECT_NEAR(found->lowerBound, found->distance, 1e-8 * found->distance + 1e-9);
-    // What is asked for less is answered with less, but right.
+    // With a smaller `enough`, the search may end earlier, but the bound holds.
     const auto enough = distanceOf(a, b, found->distance / 2);
     EXPECT_GT(enough->lowerBound, found->distance / 2);
     EXPECT_LE(enough->lowerBound, found->distance + 1e-9);

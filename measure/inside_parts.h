@@ -36,7 +36,7 @@ class InsideParts {
   };
   static Parts partsOf(const model::Slab& slab, const model::TimeSpan& gap);
 
-  // Of the last gap.
+  // The parts in the last gap.
   Parts parts_;
   std::vector<std::uint8_t> inside_;  // of each part
   std::uint64_t slabNumber_ = ~std::uint64_t{0};

@@ -192,7 +192,7 @@ void LatticeSurface::addCones() {
         const auto crossings = visits_.crossings(axis);
         const auto at = std::ranges::lower_bound(crossings, key, {}, &LatticeCrossing::key);
         loops_.push_back(firsts[axis] + static_cast<std::uint32_t>(at - crossings.begin()));
-        // Of a face with two segments neither is replaced.
+        // A face with two segments is not replaced.
         faces_.push_back(pattern.segmentsOnFace[face] == 1 ? face : 6);
       }
     }

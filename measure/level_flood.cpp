@@ -42,7 +42,7 @@ std::vector<FloodedSurface> LevelFlood::surfaces(double time, std::span<const st
     sets.unite(a, b);
     Front& kept = fronts[sets.root(a)];
     Front& other = fronts[sets.root(a) == a ? b : a];
-    // Those that are done stay in front.
+    // Cells that are done stay in front.
     if (other.cells.size() > kept.cells.size()) std::swap(kept, other);
     const auto done = other.cells.begin() + static_cast<std::ptrdiff_t>(other.done);
     kept.cells.insert(kept.cells.end(), done, other.cells.end());

@@ -140,7 +140,7 @@ std::vector<SolidMeasures> measuresOf(const LevelSurfaces& surfaces, std::span<c
 
 namespace {
 
-// Along no edge or side of lattices.
+// The direction is along no edge or side of lattices.
 const Point3 kDirection = Point3(0.8363, 0.4621, 0.2953).normalized();
 
 /// Triangles seen along that direction.

@@ -20,7 +20,7 @@ constexpr std::array<std::array<std::uint8_t, 4>, 6> kTetrahedra = {
 /// The even orders of four corners with each of them first.
 constexpr std::array<std::array<std::uint8_t, 4>, 4> kFirst = {
     {{0, 1, 2, 3}, {1, 0, 3, 2}, {2, 3, 0, 1}, {3, 2, 1, 0}}};
-/// Those with corners 0 and 1, 2 or 3 in front, and those with the other two in front.
+/// Even orders with corners 0 and 1, 2 or 3 in front, and with the other two in front.
 constexpr std::array<std::array<std::uint8_t, 4>, 6> kPairs = {
     {{0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}, {2, 3, 0, 1}, {3, 1, 0, 2}, {1, 2, 0, 3}}};
 

@@ -315,7 +315,7 @@ void MeshChecker::State::add(const SlabMeasure& measured, const model::Slab& sla
                         {}});
   }
   part_.boundaryVolume.add(measured.boundaryVolume);
-  // Slabs partly cancel.
+  // The hypervolumes of slabs partly cancel.
   part_.hypervolume.add(measured.hypervolume);
   part_.hypervolumeMagnitude.add(std::abs(measured.hypervolume));
   part_.hasPositive = part_.hasPositive || measured.sign > 0;
@@ -348,7 +348,7 @@ namespace {
 /// Whether the hypervolume is positive for certain.
 bool enclosesSomething(const PartOfMesh& whole) {
   if (!whole.hasNegative) return whole.hasPositive;
-  // Each slab's is rounded once or so.
+  // The hypervolume of each slab is rounded about once.
   constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
   return whole.hypervolume.value() > kRounding * whole.hypervolumeMagnitude.value();
 }

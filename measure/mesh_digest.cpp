@@ -37,7 +37,7 @@ Result<void> MeshDigester::put(const model::Slab& slab) {
   for (const model::Cell& cell : slab.connectivity->cells) {
     std::array<Hash, 4> corners{};
     for (int i = 0; i < 4; ++i) corners[i] = ofVertex[cell[i]];
-    // In the order of the hashes, an even permutation or an odd one.
+    // Sorting the corners by their hashes is an even or an odd permutation.
     std::uint64_t isOdd = 0;
     for (int i = 0; i < 4; ++i) {
       for (int j = i + 1; j < 4; ++j) isOdd ^= corners[j] < corners[i] ? 1U : 0U;

@@ -8,8 +8,7 @@
 
 namespace t4d::measure {
 
-/// What is found in some consecutive slabs of a mesh, which adds up to what is found in all of
-/// them.
+/// Findings in some consecutive slabs of a mesh, which add up to those in all of them.
 struct PartOfMesh {
   MeshReport found;  ///< without what follows, and `components`
   model::OrderlessSum hypervolume;

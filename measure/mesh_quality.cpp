@@ -64,7 +64,7 @@ class Worst {
   std::vector<RankedCell> cells_;  // a heap, the best of them first
 };
 
-/// What a thread has counted.
+/// The counts of one thread.
 struct Tally {
   std::array<Distribution, kQualityMeasures.size()> sides;
   std::array<Distribution, kQualityMeasures.size()> caps;

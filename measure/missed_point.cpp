@@ -77,8 +77,8 @@ std::optional<Point3> firstMissed(std::size_t count, const PointOf& pointOf) {
   return first < count ? pointOf(first) : std::nullopt;
 }
 
-/// Of the points of a triangle that are about a spacing apart, the first that is missed. A triangle
-/// that is no larger has none but its corners, which are left out.
+/// The first missed one of the points of a triangle that are about a spacing apart. A triangle that
+/// is no larger has none but its corners, which are left out.
 std::optional<Point3> missedWithin(const model::TriangleMesh& silhouette, std::size_t triangle,
                                    const MissedPoints& points) {
   const auto& [i, j, k] = silhouette.triangles[triangle];

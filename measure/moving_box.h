@@ -27,7 +27,7 @@ struct MovingBox {
     box.max = begin.max + s * (end.max - begin.max);
     return box;
   }
-  /// Of boxes with the same `time`.
+  /// Adds a box with the same `time`.
   void add(const MovingBox& other) {
     begin.add(other.begin);
     end.add(other.end);
@@ -36,8 +36,8 @@ struct MovingBox {
   }
 };
 
-/// Contains the hull of the points, which lie within the time, at each time. By more than the
-/// rounding of all that is computed with it.
+/// Contains the hull of the points, which lie within the time, at each time. It is larger by more
+/// than the rounding of all that is computed with it.
 template <class Points>
 MovingBox movingBoxOf(const Points& points, const model::TimeSpan& time) {
   MovingBox box{{}, {}, time, {points[0][3], points[0][3]}};
@@ -73,7 +73,7 @@ MovingBox movingBoxOf(const Points& points, const model::TimeSpan& time) {
   return box;
 }
 
-/// When both contain something.
+/// The time when both contain something.
 inline std::optional<model::TimeSpan> commonTime(const MovingBox& a, const MovingBox& b) {
   const model::TimeSpan common{std::max(a.occupied.begin, b.occupied.begin),
                                std::min(a.occupied.end, b.occupied.end)};
@@ -81,7 +81,7 @@ inline std::optional<model::TimeSpan> commonTime(const MovingBox& a, const Movin
   return common;
 }
 
-/// When the boxes meet: a span that contains all such times.
+/// A span that contains all times when the boxes meet.
 inline std::optional<model::TimeSpan> meetingTime(const MovingBox& a, const MovingBox& b) {
   const auto common = commonTime(a, b);
   if (!common) return std::nullopt;

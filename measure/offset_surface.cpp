@@ -16,7 +16,7 @@ using model::Point3;
 using model::TriangleMesh;
 
 constexpr double kHalfDiagonal = std::numbers::sqrt3 / 2;
-/// What vertices are moved along the longest edge.
+/// The distance by which vertices are moved along the longest edge.
 constexpr double kMoved = std::numbers::sqrt3 * kOffsetMargin;
 
 double levelOf(double reach, double spacing) {

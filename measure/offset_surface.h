@@ -36,10 +36,10 @@ Result<OffsetSurface> offsetSurface(const model::TriangleMesh& surface, const Vi
 
 inline constexpr double kOffsetMargin = 0x1p-6;
 
-/// By how much the lattice has to enclose the set.
+/// The distance by which the lattice has to enclose the set.
 double offsetMargin(double reach, double spacing);
 
-/// OffsetSurface::farthest.
+/// The value of OffsetSurface::farthest.
 double farthestOfOffset(double reach, double spacing);
 
 }  // namespace t4d::measure

@@ -64,7 +64,7 @@ CellCorners cornersOf(const Slab& slab, std::uint32_t cell) {
           slab.vertices[corners[3]]};
 }
 
-/// Of a cell that lasts.
+/// The moving box of a cell that lasts.
 MovingBox boxOf(const CellCorners& corners) {
   TimeSpan time{corners[0][3], corners[0][3]};
   for (const model::Point4& corner : corners) {
@@ -98,8 +98,8 @@ class WindowSearch {
     };
     const std::vector<NodePair> tasks = split(near);
     std::vector<ContactStretches> found(tasks.size());
-    // What earlier batches have found saves later ones work. Batches are the same for any number
-    // of threads, and so is the result.
+    // Findings of earlier batches save later ones work. Batches are the same for any number of
+    // threads, and so is the result.
     constexpr std::size_t kLargestBatch = 64;
     std::size_t end = 0;
     for (std::size_t begin = 0; begin < tasks.size(); begin = end) {

@@ -43,11 +43,11 @@ class LoadedSlab {
 /// window.
 class PairSearch {
  public:
-  /// Both must outlive this.
+  /// Both slabs must outlive this object.
   PairSearch(const LoadedSlab& a, const LoadedSlab& b, const CollideOptions& options);
 
-  /// In time order. One that is an instant only counts if no other includes it, as between two
-  /// bodies of which one starts when the other ends.
+  /// The windows in time order. One that is an instant only counts if no other includes it, as
+  /// between two bodies of which one starts when the other ends.
   const std::vector<SlabWindow>& windows() const { return windows_; }
 
   /// Call it for each window in order, with its slabs loaded.

@@ -27,7 +27,7 @@ class View {
   Eigen::Matrix<double, 2, 3> axes_;
 };
 
-/// Where points lie along a direction.
+/// The range of points along a direction.
 struct Range {
   double least = 0;
   double most = 0;

@@ -30,7 +30,7 @@ constexpr std::size_t kBlock = 8192;
 
 }  // namespace
 
-/// Which cells of a slab are neighbours.
+/// The neighbours of the cells of a slab.
 class SilhouetteTopology {
  public:
   /// A facet in a layer that one cell of the slab has. Vertices are numbered from the first of the
@@ -51,7 +51,7 @@ class SilhouetteTopology {
       counts[sorted[0]] += 3;
       ++counts[sorted[1]];
     }
-    // In parts, so that memory stays well below that of the neighbours.
+    // The work is in parts, so that memory stays well below that of the neighbours.
     constexpr std::uint64_t kPart = std::uint64_t{1} << 22;
     const std::uint64_t most = std::max<std::uint64_t>(kPart, cells.size() / 2);
     std::uint64_t sides = 0;
@@ -163,7 +163,7 @@ void addCompensated(double& sum, double& carry, double value) {
   sum = next;
 }
 
-/// Which cells of a slab are exits, and their measures.
+/// The cells of a slab that are exits, and their measures.
 struct SlabExits {
   std::vector<std::uint8_t> isExit;
   double visitsVolume = 0;

@@ -133,7 +133,7 @@ class UnitAxes {
   }
 
  private:
-  /// Of two: of the product of the units of all axes but one.
+  /// The exponent of the product of the units of all axes but one, to the base two.
   int exponentWithout(int axis) const {
     int sum = 0;
     for (int other = 0; other < 4; ++other) {
@@ -277,7 +277,7 @@ int hypervolumeSign(std::span<const model::Point4> vertices, std::span<const mod
     sum += piece.sum;
     magnitude += piece.magnitude;
   }
-  // Of at most 2^32 cells each partial sum is one of fewer than 2^20 numbers.
+  // There are at most 2^32 cells, so each partial sum is one of fewer than 2^20 numbers.
   constexpr double kRounding = 0x1p21 * std::numeric_limits<double>::epsilon();
   if (std::isfinite(magnitude) && std::abs(sum) > kRounding * magnitude + model::kVanished) {
     return sum > 0 ? 1 : -1;

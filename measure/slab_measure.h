@@ -9,7 +9,7 @@
 
 namespace t4d::measure {
 
-/// What a slab adds to the measures of its mesh.
+/// The contribution of a slab to the measures of its mesh.
 struct SlabMeasure {
   double hypervolume = 0;     ///< enclosed between the slab's times
   int sign = 0;               ///< its sign, also where it is beyond the range of doubles

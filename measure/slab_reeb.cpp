@@ -413,8 +413,8 @@ Edges edgesOf(const model::Connectivity& connectivity, const VertexStars& stars,
   return edges;
 }
 
-/// Of each interior node, the vertices of those pieces of one time that change the Euler number;
-/// all, if none does.
+/// Sets the vertices of each interior node: those of the pieces of one time that change the Euler
+/// number, or all if none does.
 void setPlaces(const SlotParts& parts, const std::vector<std::uint32_t>& nodeOfSegment,
                const Edges& edges, SlabReeb& reeb) {
   const auto count = static_cast<std::uint32_t>(reeb.slotOfVertex.size());

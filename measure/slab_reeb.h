@@ -33,7 +33,7 @@ struct SlabReeb {
     /// Twice the Euler number of the slice after the instant, less that before it, as far as it
     /// comes from this slab's cells.
     std::int64_t eulerChange2 = 0;
-    /// Of an interior node: the vertices where the topology changes.
+    /// For an interior node: the vertices where the topology changes.
     std::vector<std::uint32_t> vertices = {};
   };
   struct Arc {

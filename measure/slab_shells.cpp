@@ -21,7 +21,7 @@ struct ArcInterval {
   double end;
 };
 
-/// As few times as possible, so that each interval has one inside.
+/// Returns as few times as possible, so that each interval has one inside.
 std::vector<double> piercing(std::vector<ArcInterval> intervals) {
   std::ranges::sort(intervals, {}, &ArcInterval::end);
   std::vector<double> times;
@@ -32,7 +32,7 @@ std::vector<double> piercing(std::vector<ArcInterval> intervals) {
       begin = std::max(begin, intervals[i++].begin);
     }
     times.push_back(begin + (end - begin) / 2);
-    // Those that begin before this time and end later have it inside, too.
+    // Intervals that begin before this time and end later have it inside, too.
     const double time = times.back();
     const auto pierced = [&](const ArcInterval& interval) { return interval.begin < time; };
     intervals.erase(std::remove_if(intervals.begin() + static_cast<std::ptrdiff_t>(i),

@@ -26,7 +26,7 @@ class SlabShells {
   /// face outward. `solids`: the shells have their solids.
   void make(Transition& transition, bool solids, std::vector<Shell>& shells);
 
-  /// For each of some cavities, just after a time, the surface that bounds its solid, too.
+  /// Finds for each of some cavities, just after a time, the surface that bounds its solid, too.
   std::vector<std::uint32_t> nextShells(double time, const std::vector<std::uint32_t>& inner) const;
 
   /// The components of the slice at some nodes, with the surfaces below that have begun.

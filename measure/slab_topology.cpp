@@ -141,7 +141,7 @@ std::shared_ptr<const SlabTopology> SlabTopologies::made(const model::Slab& slab
   }
   if (!ranks) return made;
   made->ranks = std::move(ranks->ofInterior);
-  // Of two at most, which alternate where a motion does.
+  // At most two are kept, which alternate where a motion does.
   constexpr std::size_t kMost = 2;
   const std::scoped_lock lock(mutex_);
   if (shared_.size() == kMost) shared_.erase(shared_.begin());

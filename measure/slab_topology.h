@@ -13,7 +13,7 @@
 
 namespace t4d::measure {
 
-/// What slabs with the same connectivity and the same order of times share.
+/// The data that slabs with the same connectivity and the same order of times share.
 struct SlabTopology {
   std::shared_ptr<const model::Connectivity> connectivity;
   std::vector<std::uint8_t> ranks;  ///< of the times of interior vertices
@@ -29,7 +29,7 @@ struct ArcMeasures {
   std::vector<std::pair<std::uint32_t, SolidMeasures>> ofArcs = {};
 };
 
-/// What the tracker learns from a slab alone, without those before it.
+/// The data that the tracker gets from a slab alone, without earlier ones.
 struct MeasuredSlab : model::Sink::Prepared {
   Result<void> sound;
   std::shared_ptr<const SlabTopology> topology;
@@ -44,7 +44,7 @@ class SlabTopologies {
   SlabTopologies(std::vector<double> sampleTimes, double end)
       : times_(std::move(sampleTimes)), end_(end) {}
 
-  /// With samples at the times of the slab, unless not `sampled`.
+  /// Measures a slab, with samples at its times, unless not `sampled`.
   std::unique_ptr<MeasuredSlab> measured(const model::Slab& slab, bool sampled = true) const;
   bool isSampled(double time) const;
 

@@ -115,14 +115,14 @@ std::vector<Bounds4> boundsOfAll(const std::vector<Tetrahedron>& all) {
 
 }  // namespace
 
-/// Those of a set that are in slices, and a tree over them.
+/// The tetrahedra of a set that are in slices, and a tree over them.
 class SliceBound::Tetrahedra {
  public:
   explicit Tetrahedra(const CellSet& set)
       : all_(tetrahedraOf(set)), neighbours_(neighboursOf(set)), tree_(boundsOfAll(all_)) {}
 
   const Tetrahedron& operator[](std::uint32_t i) const { return all_[i]; }
-  /// Those across from its corners.
+  /// The neighbours across from its corners.
   const Neighbours& neighbours(std::uint32_t i) const { return neighbours_[i]; }
   std::size_t size() const { return all_.size(); }
 
@@ -137,7 +137,7 @@ class SliceBound::Tetrahedra {
   bool areNear(std::uint32_t i, const Bounds4& box, double distance) const {
     return tree_.isNear(i, box, distance);
   }
-  /// Those whose bounds are near to a box.
+  /// Finds the tetrahedra whose bounds are near to a box.
   void find(const Bounds4& box, double distance, std::vector<std::uint32_t>& found) const {
     found.clear();
     tree_.anyNear(box, distance, [&](std::uint32_t i) {
@@ -167,7 +167,7 @@ class SliceBound::Proof {
   }
 
  private:
-  /// Where a part is split in two: on an edge.
+  /// The point on an edge where a part is split in two.
   struct Split {
     int i;
     int j;
@@ -336,7 +336,7 @@ class SliceBound::Proof {
     return true;
   }
 
-  /// On the longest edge across a time.
+  /// Splits a part on its longest edge across a time.
   static Split splitAtTime(const CellCorners& part, double time) {
     Split split{};
     double most = -1;
@@ -353,8 +353,8 @@ class SliceBound::Proof {
     return split;
   }
 
-  /// In the middle of the edge along which the heights over those that are too far to be a cover
-  /// change most; if there are none, of the longest.
+  /// Splits a part in the middle of the edge along which the heights over those that are too far to
+  /// be a cover change most; if there are none, of the longest edge.
   Split splitInHalf(const Tetrahedron& cell, const CellCorners& part,
                     const std::vector<std::uint32_t>& near) const {
     const Point3 direction = cell.normal.head<3>();

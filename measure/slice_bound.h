@@ -41,7 +41,7 @@ class SliceBound {
   /// Whether a point is within a distance of their slice at its time.
   bool isNear(const model::Point4& point, double distance) const;
 
-  /// Cells of which it could not be proved that no slice of them, at any time, has a point farther
+  /// Cells for which it could not be proved that no slice of them, at any time, has a point farther
   /// than `distance` from the slice of these at that time; in increasing order. If there are none,
   /// it is proved, up to rounding. Runs on all threads; the result does not depend on their number.
   std::vector<std::uint32_t> notProvedNear(const CellSet& cells, double distance) const;

@@ -207,7 +207,7 @@ TEST(SolidOverlap, OfCornersIsTheirCubeHoweverSmall) {
     const double side = 3 * std::pow(10, -double(k));
     const TriangleMesh other = fixtures::translated(cube, Point3::Constant(2 - side));
     const double volume = side * side * side;
-    // As far as coordinates can tell.
+    // The tolerance allows for the rounding of coordinates.
     const double rounding = 1e-14 / side;
     EXPECT_NEAR(overlapOf(cube, other), volume, (0.005 + rounding) * volume) << side;
     EXPECT_NEAR(overlapOf(turnedAtRandom(cube, k), turnedAtRandom(other, k)), volume,
@@ -287,12 +287,12 @@ TEST(OverlapDepth, OfCubesWithCommonFacesIsRightAlsoWithSlivers) {
 TEST(SolidOverlap, OfSolidsWithCommonFacesIsTheSmallerOne) {
   const TriangleMesh cube = fixtures::cube(2);
   EXPECT_NEAR(overlapOf(cube, cube), 8, 0.05);
-  // In a corner of the other, and the same cube of other triangles.
+  // The cube is in a corner of the other; then both are the same cube of other triangles.
   const TriangleMesh large = fixtures::translated(fixtures::cube(4), {1, 1, 1});
   EXPECT_NEAR(overlapOf(cube, large), 8, 0.05);
   EXPECT_NEAR(overlapOf(large, fixtures::paperCube(2)), 8, 0.05);
   EXPECT_NEAR(overlapOf(cube, fixtures::paperCube(2)), 8, 0.05);
-  // Inside, without a common point of the surfaces, and in a cavity.
+  // The cube is inside, without a common point of the surfaces, and in a cavity.
   EXPECT_NEAR(overlapOf(fixtures::cube(1e-4), cube), 1e-12, 1e-14);
   EXPECT_EQ(overlapOf(fixtures::cube(1), fixtures::hollowCube(4, 2)), 0);
 }

@@ -44,7 +44,7 @@ SolidMeasures measuresOf(const model::TriangleMesh& mesh) {
     made.genus += surface.genus;
     ++(surface.volume < 0 ? made.cavities : made.components);
   }
-  // About the middle, so that little is lost far from the origin.
+  // The moment is about the middle, so that little is lost far from the origin.
   const Point3 middle = (made.bounds.min + made.bounds.max) / 2;
   Point3 moment = Point3::Zero();
   for (const auto& [i, j, k] : mesh.triangles) {

@@ -94,7 +94,7 @@ TEST(SolidMeasures, FollowFieldsWhoseTopologyChanges) {
     model::Mesh mesh;
     ASSERT_TRUE(voxel4d::weave(*source, {}, mesh));
     std::vector<double> times;
-    // In no order, and some of them twice.
+    // The times are in no order, and some of them come twice.
     for (const fixtures::Topology& expected : field.topology) times.push_back(expected.time);
     times.insert(times.end(), times.rbegin(), times.rend());
     const model::Body body{field.name, &mesh};

@@ -9,9 +9,9 @@ namespace t4d::measure {
 
 /// One of the connected surfaces of a closed triangle mesh.
 struct ConnectedSurface {
-  /// From Euler's formula V - E + F = 2 - 2 genus. A surface that touches itself at a vertex is not
-  /// a manifold. Each such place makes this 1/2 smaller than if the surface were joined there, so
-  /// it may be fractional or negative.
+  /// The genus by Euler's formula V - E + F = 2 - 2 genus. A surface that touches itself at a
+  /// vertex is not a manifold. Each such place makes this 1/2 smaller than if the surface were
+  /// joined there, so it may be fractional or negative.
   double genus = 0;
   double volume = 0;         ///< that it encloses; negative if it faces inward
   std::uint32_t vertex = 0;  ///< one of its vertices

@@ -16,9 +16,10 @@ namespace t4d::measure {
 /// A surface of the slice just before the layer between two parts.
 struct SurfaceAtSeam {
   std::uint32_t track = 0;
-  /// Of a cavity that appeared within its solid in this part: the event.
+  /// For a cavity that appeared within its solid in this part: the event.
   std::optional<std::size_t> appears = {};
-  /// Of a surface since before the part that has not taken part in an event: its number in `first`.
+  /// For a surface since before the part that has not taken part in an event: its number in
+  /// `first`.
   std::optional<std::uint32_t> atFirst = {};
   double largestVolume = 0;  ///< in a sample of this part
 };
@@ -32,7 +33,8 @@ struct CarriedCavity {
 
 /// Tracks in some consecutive slabs of a mesh.
 struct PartOfTracks {
-  /// Those that exist before the part come first. They begin with it, others end with it.
+  /// The tracks. Those that exist before the part come first and begin with it; others may end with
+  /// it.
   Tracks tracks;
   /// Surfaces just before the part and just before its end, in an order that depends on the slab
   /// there alone.

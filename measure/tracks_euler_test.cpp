@@ -150,7 +150,7 @@ void expectEulersFormula(const fixtures::Polytope& polytope) {
   expectEulersFormula(mesh);
 }
 
-/// Also where all vertices have times of their own.
+/// The formula also holds where all vertices have times of their own.
 TEST(TracksEuler, HoldsForPolytopes) {
   for (fixtures::Polytope& polytope : fixtures::polytopes()) {
     expectEulersFormula(polytope);

@@ -8,19 +8,20 @@
 
 namespace t4d::measure {
 
-/// In place of the number of an event: none.
+/// Stands in place of the number of an event: none.
 inline constexpr std::size_t kNoEvent = ~std::size_t{0};
 
 /// A connected surface of slices, from one change of it to the next.
 struct Shell {
-  /// About, at its begin or its last sample in the slab that is being worked on; else NaN.
+  /// The approximate volume at its begin or its last sample in the slab that is being worked on;
+  /// else NaN.
   double volume = 0;
   bool outer = true;  ///< it faces outward
   bool alive = true;
   std::int64_t euler2 = 0;  ///< twice its Euler number
   std::uint32_t solid = model::kNoIndex;
   std::size_t appears = kNoEvent;  ///< of a cavity that began within its solid
-  /// Of a surface since before the first slab of a part of a mesh: its number there.
+  /// For a surface since before the first slab of a part of a mesh: its number there.
   std::uint32_t atFirst = model::kNoIndex;
   double largestVolume = 0;
 };

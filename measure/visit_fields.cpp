@@ -46,7 +46,7 @@ class ProjectedCell {
     return sign_;
   }
 
-  /// Whether it covers the point, moved by symbolic amounts.
+  /// Whether the tetrahedron covers the point, moved by symbolic amounts.
   bool covers(const Point3& p) const {
     const auto& [a, b, c, d] = corners_;
     return movedOrientation(a, b, c, p) == sign_ && movedOrientation(a, b, d, p) == -sign_ &&

@@ -7,8 +7,8 @@
 
 namespace t4d::measure {
 
-/// What a motion does at the points of a lattice. Rows are in the order of keyOf: x, then y, then
-/// z.
+/// Visits of a moving solid at the points of a lattice. Rows are in the order of keyOf: x, then y,
+/// then z.
 struct VisitFields {
   SpaceLattice lattice;
   std::vector<std::int32_t> visits;  ///< how often the point is visited

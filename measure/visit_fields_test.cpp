@@ -32,7 +32,7 @@ VisitFields fieldsOf(const model::Mesh& mesh, SpaceLattice lattice) {
 }
 
 TEST(VisitFields, OfACubeThatMovesAlongAnAxisAreInClosedForm) {
-  // From x = -1 .. 1 at time 1 to x = 5 .. 7 at time 3, at speed 3.
+  // The solid moves from x = -1 .. 1 at time 1 to x = 5 .. 7 at time 3, at speed 3.
   const model::Mesh mesh =
       sweptByScrew(fixtures::cube(2), {.translation = {6, 0, 0}}, mesh4d::CapMethod::TetGen);
   auto lattice = SpaceLattice::about({Point3(-1, -1, -1), Point3(7, 1, 1)}, 0.3);

@@ -71,7 +71,7 @@ class LineTriangle {
     return movedOrientation(corners_[0], corners_[1], corners_[2], point) == facing_;
   }
 
-  /// Where a line goes through the triangle, up to rounding.
+  /// The place where a line goes through the triangle, up to rounding.
   double placeOn(const Point2& line) const {
     double sum = 0;
     double weights = 0;
@@ -105,7 +105,7 @@ std::array<Point3, 3> cornersOf(const TriangleMesh& mesh, std::size_t triangle) 
 
 }  // namespace
 
-/// Where a triangle crosses a lattice edge.
+/// A crossing of a triangle and a lattice edge.
 struct VisitLattice::Event {
   std::uint64_t key;  // of the edge's lower end
   std::uint32_t triangle;
@@ -268,7 +268,7 @@ std::vector<VisitLattice::Edge> VisitLattice::edgesAlong(int axis) const {
       }
       if ((axis == 0 ? x + 1 == endX : y + 1 == endY)) continue;
       const auto next = axis == 0 ? column(x + 1, y) : column(x, y + 1);
-      // Both columns upward; between two changes nothing changes.
+      // Goes up both columns; between two changes nothing changes.
       std::size_t i = 0;
       std::size_t j = 0;
       int low = 0;
@@ -345,7 +345,7 @@ VisitLattice::VisitLattice(const TriangleMesh& surface, SpaceLattice lattice,
 
 namespace {
 
-/// What there is to do, counted.
+/// Counts of the work to do.
 struct LatticeWork {
   double rows = 0;       ///< planes of lines that triangles meet
   double crossings = 0;  ///< of lines and triangles

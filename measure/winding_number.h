@@ -20,7 +20,7 @@ class WindingNumber {
   /// `mesh` must have at least one triangle. The tree copies the corners.
   explicit WindingNumber(const model::TriangleMesh& mesh);
 
-  /// What one triangle adds at a point.
+  /// The contribution of one triangle at a point.
   static double ofTriangle(const std::array<model::Point3, 3>& corners, const model::Point3& point);
 
   /// The winding number at a point, as a sum over all triangles: exact up to rounding.
@@ -44,7 +44,7 @@ class WindingNumber {
   void build(std::uint32_t begin, std::uint32_t end);
 
   model::UnitScale scale_;
-  /// In the order of the tree, and in the unit of the scale.
+  /// The corners of the triangles, in the order of the tree and in the unit of the scale.
   std::vector<std::array<model::Point3, 3>> corners_;
   std::vector<Node> nodes_;
 };
