@@ -319,8 +319,8 @@ TEST(Swept, MaxDeviationBoundsWholeSlices) {
 }
 
 TEST(Swept, LongEdgesAreWithinTheDeviation) {
-  // In steps of an eighth of a degree, its corners stay within 3e-6 of their paths, its slices are
-  // 1e-3 off.
+  // With steps of an eighth of a degree, its corners stay within 3e-6 of their paths, its slices
+  // are 1e-3 off.
   Solid bar{"bar", fixtures::cube(1)};
   for (model::Point3& vertex : bar.mesh.vertices) vertex.x() *= 10;
   model::ScrewRun run;

@@ -45,7 +45,7 @@ struct SurfaceTopology {
   int genus = 0;  // total over all components
 };
 
-/// From V - E + F = 2 (components - genus) of a closed surface.
+/// The formula is V - E + F = 2 (components - genus) of a closed surface.
 SurfaceTopology topologyOf(const model::TriangleMesh& mesh) {
   std::vector<std::uint32_t> parent(mesh.vertices.size());
   std::iota(parent.begin(), parent.end(), 0U);
@@ -97,7 +97,7 @@ double observedOrder(const char* what, const std::vector<double>& errors) {
     std::cout << " " << order;
   }
   std::cout << "\n";
-  // Over both halvings, which averages the effect of the lattice's position.
+  // The mean is over both halvings, which averages the effect of the lattice's position.
   return std::log2(errors.front() / errors.back()) / static_cast<double>(errors.size() - 1);
 }
 

@@ -232,7 +232,7 @@ std::vector<Case> analyticCases() {
                            std::vector<Turn>{{.duration = 10}}, sizes));
   cases.back().visitsVolume = 12 * 12 * 12;
   cases.back().meanNormalSpeed = 0;
-  // At speed 2, from a distance of 10.
+  // The obstacle comes at speed 2, from a distance of 10.
   addObstacle(cases.back(), {Point3(16, -3, -3), Point3(20, 3, 3)}, {-20, 0, 0}, {6, 0, 0}, 5, 2,
               10);
   cases.push_back(meshCase("cube-translated", "a cube along a line", cube(12),

@@ -6,7 +6,7 @@
 namespace t4d::conformance {
 namespace {
 
-/// Below what the lattice is off by, and of the same order.
+/// The tolerance of tools: below the error of the lattice, and of the same order.
 double toolTolerance(const Resolution& resolution) {
   return resolution.voxelSize * resolution.voxelSize / 200;
 }

@@ -28,7 +28,7 @@ std::string lastLineOf(const std::string& text) {
   return line.size() > kShown ? line.substr(0, kShown) + "..." : line;
 }
 
-/// How a run failed; empty if it succeeded.
+/// The reason why a run failed; empty if it succeeded.
 std::string faultOf(const platform::ProgramRun& run, double timeoutSeconds) {
   if (run.end == platform::ProgramRun::End::TimedOut) {
     return fmt::format("timed out after {:g} s (--timeout)", timeoutSeconds);

@@ -28,7 +28,7 @@ bool anySlab(const std::vector<BodySlabs>& bodies, Predicate predicate) {
   });
 }
 
-/// What a file uses, as keywords for filters.
+/// The features that a file uses, as keywords for filters.
 std::vector<std::string> usedBy(const std::vector<BodySlabs>& bodies, const ImageOptions& options) {
   std::vector<std::string> used = neededFeatures(bodies, options);
   const auto note = [&](const char* word, bool is) {

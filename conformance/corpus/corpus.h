@@ -42,8 +42,8 @@ std::vector<std::string> wordsFor(const slice::Hyperplane& hyperplane);
 struct CorpusFile {
   std::string id;  ///< folder and name: "invalid/H2-header-checksum"
   Validity validity = Validity::Valid;
-  /// What the file uses: "zstd", "means", "no-index", "float32", ... Test runs can exclude the
-  /// features a reader does not support.
+  /// The features that the file uses: "zstd", "means", "no-index", "float32", ... Test runs can
+  /// exclude the features a reader does not support.
   std::vector<std::string> features;
   /// The number of the broken rule of SPEC.md or, if a reader may decide, the anchor of the section
   /// that leaves it open ("head"). Empty for valid files.
@@ -52,7 +52,7 @@ struct CorpusFile {
   std::optional<std::uint64_t> offset;  ///< of the fault, in bytes
   std::string bytes;                    ///< the file
   std::optional<Answer> describe;       ///< if a reader may accept the file
-  /// For an invalid file, slices that must be refused as well; only their times are set.
+  /// Slices of an invalid file that must be refused as well; only their times are set.
   std::vector<ExpectedSlice> slices;
   std::vector<ExpectedSection> sections;
 };

@@ -46,7 +46,7 @@ std::string headOf(const std::vector<BodySlabs>& bodies, const ImageOptions& opt
   return headJson(features, names, options.grid ? gridJson(*options.grid) : "");
 }
 
-/// What the slabs of a body share with earlier ones.
+/// The parts that slabs of a body share with earlier ones.
 struct Shared {
   std::shared_ptr<const std::vector<model::Point3>> reference;
   std::string referenceName;

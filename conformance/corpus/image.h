@@ -89,7 +89,7 @@ class Image {
   void remove(const std::string& name);
   void move(const std::string& name, const std::string& before);
 
-  /// How the arrays of chunks added later are stored.
+  /// Options for the arrays of chunks added later.
   ImageOptions& options() { return options_; }
   /// The bodies' summaries in DONE, for callers that add slabs by hand.
   std::vector<formats::BodySummary>& summaries() { return summaries_; }

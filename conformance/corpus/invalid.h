@@ -70,18 +70,18 @@ void addFileHeaderFaults(InvalidCases& cases);
 void addStructureFaults(InvalidCases& cases);
 void addChunkFaults(InvalidCases& cases);
 void addFooterFaults(InvalidCases& cases);
-// A, T
+// Rules A and T.
 void addArrayFaults(InvalidCases& cases);
 void addAttributeFaults(InvalidCases& cases);
-// M
+// Rules M.
 void addHeadFaults(InvalidCases& cases);
-// N, L, K, S, P
+// Rules N, L, K, S and P.
 void addConnectivityFaults(InvalidCases& cases);
 void addLayerFaults(InvalidCases& cases);
 void addPoseFaults(InvalidCases& cases);
 void addSlabFaults(InvalidCases& cases);
 void addAssemblyFaults(InvalidCases& cases);
-// D, I
+// Rules D and I.
 void addDoneFaults(InvalidCases& cases);
 void addIndexFaults(InvalidCases& cases);
 

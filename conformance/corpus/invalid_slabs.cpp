@@ -800,7 +800,7 @@ void addSlabFaults(InvalidCases& cases) {
 
 namespace {
 
-/// What parts of a slab have for attributes of vertices.
+/// Adds faults in the attributes of vertices that parts of a slab have.
 void addAttributesOfPartsFaults(InvalidCases& cases) {
   const Base base = withLayerAttributes();
   const auto other = [&](const std::string& name, const std::string& fault,

@@ -476,7 +476,7 @@ void addChunkFaults(InvalidCases& cases) {
         "CONN 0/cells/stored size", 16 * 8 + 8);
   front("C9-block-8-shorter", "Eight bytes follow the last block.", base,
         "CONN 0/cells/stored size", 16 * 8 - 8);
-  // After SLAB, to which no distance leads.
+  // The bytes are after SLAB, to which no distance leads.
   for (const auto& [name, of] : {std::pair<const char*, Base>{"", plain()}, {"-no-index", open}}) {
     const std::size_t size = of.image.size("SLAB 0");
     const std::uint64_t end = of.image.offset("SLAB 0") + size;

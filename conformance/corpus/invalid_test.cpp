@@ -96,7 +96,8 @@ bool isInPartOf(const Error& error, const CorpusFile& file) {
          (fault > 0 && partAt(*error.offset) == partAt(fault - 1));
 }
 
-/// What our reader says where a rule is broken. Some faults break two rules, or look like another.
+/// The message of our reader for each broken rule. Some faults break two rules, or look like
+/// another.
 const std::map<std::string, std::string>& messages() {
   static const std::map<std::string, std::string> all = {
       {"H1", "not a .t4d file|signature is damaged|the file has [0-7] bytes"},

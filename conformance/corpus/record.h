@@ -83,7 +83,7 @@ class Record {
   std::vector<Block> blocks_;
 };
 
-/// How the arrays of a file are stored.
+/// The storage of the arrays of a file.
 enum class Storage : std::uint8_t {
   Raw,
   Blocks,   ///< codec 1: hand-made zstd frames of stored blocks

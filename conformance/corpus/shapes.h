@@ -46,7 +46,7 @@ enum class Prism : std::uint8_t {
   Fourteen,  ///< fourteen, with a mean in each quadrilateral and one in the middle
 };
 
-/// How the boundary of the moving solid is divided into slabs.
+/// The division of the boundary of a moving solid into slabs.
 struct SweepOptions {
   Prism prism = Prism::Three;
   bool capSlabs = true;  ///< the ends are separate slabs, not part of the first and last step

@@ -35,7 +35,7 @@ std::optional<formats::IndexRecord> slabFor(const std::vector<formats::IndexReco
   return std::nullopt;
 }
 
-/// What INDX says of the slabs. Fails if the file has no index or is invalid.
+/// The records of the slabs in INDX. Fails if the file has no index or is invalid.
 Result<std::vector<formats::IndexRecord>> recordsOf(const std::string& bytes) {
   const std::vector<ChunkHeader> chunks = listChunks(bytes);
   const auto index = std::ranges::find(chunks, kIndex, &ChunkHeader::type);

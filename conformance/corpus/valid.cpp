@@ -799,7 +799,7 @@ void addGrids(AcceptedCases& cases) {
               headJson({}, {"simplex"}, gridJson(quarters)));
 }
 
-/// What INDX of a complete file says.
+/// The contents of INDX of a complete file.
 formats::Index indexOf(const std::string& file) {
   const formats::ChunkHeader header = formats::listChunks(file).back();
   const std::size_t begin = header.offset + formats::t4d_layout::kChunkHeaderBytes;

@@ -42,7 +42,7 @@ struct Overwrite {
   std::vector<Part> parts;
   Garbage garbage = Garbage::Ones;
 };
-/// What is done to a file; nothing by default.
+/// The damage done to a file; none by default.
 using Damage = std::variant<std::monostate, Cut, Bit, Overwrite>;
 
 bool isNone(const Damage& damage);

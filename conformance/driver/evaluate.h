@@ -7,7 +7,7 @@
 
 namespace t4d::conformance {
 
-/// From best to worst.
+/// Outcomes from best to worst.
 enum class Outcome : std::uint8_t {
   Passed,
   Skipped,
@@ -19,7 +19,7 @@ enum class Outcome : std::uint8_t {
 /// "passed", "timed_out".
 const char* nameOf(Outcome outcome);
 
-/// How a reader reacted to a request.
+/// The reaction of a reader to a request.
 struct Reply {
   enum class Kind : std::uint8_t {
     Accepted,

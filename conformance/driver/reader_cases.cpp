@@ -17,9 +17,9 @@ namespace {
 
 using nlohmann::json;
 
-/// How many damaged copies are made of valid files. A reader in Python (about 30 ms per start)
-/// should take a minute or two for all of them; a thorough run is meant for a reader in C++ (1 ms)
-/// or one that serves.
+/// The number of damaged copies that are made of valid files. A reader in Python (about 30 ms per
+/// start) should take a minute or two for all of them; a thorough run is meant for a reader in C++
+/// (1 ms) or one that serves.
 struct DamageLimits {
   std::uint64_t smallBytes;  ///< a file of at most this size is truncated to every length
   std::size_t cuts;          ///< per larger file

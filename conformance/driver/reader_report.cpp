@@ -7,7 +7,7 @@
 namespace t4d::conformance {
 namespace {
 
-/// How to repeat a failed trial without this program.
+/// The commands that repeat a failed trial without this program.
 std::string byHand(const std::string& reader, const std::string& command, bool serve,
                    const ReaderCase& test, const Trial& trial) {
   std::string request;

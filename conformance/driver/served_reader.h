@@ -29,7 +29,7 @@ class ServedReader {
   bool hasAnswered() const { return answered_ > 0; }
   void restart();
 
-  /// What the reader did since its last answer without a request: it printed more, closed its
+  /// Faults of the reader since its last answer, without a request: it printed more, closed its
   /// standard output, or ended. It is then restarted. Usually empty.
   std::optional<std::string> lateFault();
 

@@ -73,7 +73,7 @@ function difference(expected, actual, within, path = "") {
   return Math.abs(given - number(expected)) <= allowed ? undefined : `${path} is ${actual}, not ${expected}`;
 }
 
-/** What is wrong with the reader's answer, or undefined. */
+/** The fault of the reader's answer, or undefined. */
 function faultOf({ result, answer }, verdict, text) {
   if (verdict === "refuse") return result === "valid" ? `refused a valid file: ${text.slice(0, 200)}` : undefined;
   if (result === "invalid") return "accepted, but must be refused";
@@ -141,7 +141,7 @@ export function cases(corpus, without = []) {
 
 // The reader ---------------------------------------------------------------------------------------
 
-/** A serving reader, started again after whatever is no answer. */
+/** A serving reader, restarted after anything that is not an answer. */
 class Reader {
   constructor(command, seconds, folder) {
     Object.assign(this, { command, seconds, errors: join(folder, "errors"), process: undefined });

@@ -80,7 +80,7 @@ class Trial:
         self.request, self.result, self.answer, self.damage = request, result, answer, damage
 
     def fault(self, verdict, text):
-        """What is wrong with the reader's answer, or None."""
+        """The fault of the reader's answer, or None."""
         if verdict == "refuse":
             return f"refused a valid file: {text[:200]}" if self.result == "valid" else None
         if self.result == "invalid":

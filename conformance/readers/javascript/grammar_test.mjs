@@ -55,7 +55,7 @@ for (const name of files) {
     const index = file.indexChunk.fields;
     assert.equal(index.numSlabs, slabs.length);
     assert.equal(index.chunks.numRows * 28, headers.length);
-    // What is compressed takes more than a grammar.
+    // A grammar alone cannot read compressed data.
     const isSame = (array, expected) => {
       const numbers = array.blocks.flatMap(({ raw }) => raw?.values ?? []);
       if (array.codec === T4d.Codec.RAW) assert.deepEqual(numbers, expected);

@@ -138,7 +138,7 @@ function readFooter(file) {
   return footer;
 }
 
-/** What fields break that end too early. */
+/** The rules that are broken by fields that end too early. */
 const endRules = { HEAD: 'M3', CONN: 'N11', LAYR: 'L4', POSE: 'K4', SLAB: 'S9', DONE: 'D4', INDX: 'I8' };
 
 /**
@@ -572,7 +572,7 @@ function withMeans(kind, [lower, interior, upper], { numVertices, numUpper, numM
       });
       const value = numbers.reduce((sum, number) => sum + number) / numbers.length;
       const place = at + k * scalar;
-      // Which of all NaNs setFloat64() writes is up to the engine.
+      // The engine chooses which NaN setFloat64() writes.
       if (Number.isNaN(value)) {
         bytes.fill(0, place, place + scalar);
         bytes.set(isSingle ? [0xc0, 0x7f] : [0xf8, 0x7f], place + scalar - 2);
@@ -673,7 +673,7 @@ async function readEnds(file) {
   return { indx, done };
 }
 
-/** What INDX says: HEAD, headers of chunks by offset, a record for each slab, the same by body. */
+/** The contents of INDX: HEAD, headers of chunks by offset, a record for each slab, the same by body. */
 async function readIndx({ at, fields }) {
   const copy = bytesOf(fields.head, at, []);
   const head = readHead(copy, at);

@@ -527,7 +527,7 @@ def points(positions, times, head):
 
 
 class Record(NamedTuple):
-    """What INDX says of a slab, and its offset. Parts are so many bytes before it."""
+    """The record of a slab in INDX, and its offset. Parts are so many bytes before it."""
     begin: float
     end: float
     conn: int
@@ -608,7 +608,7 @@ class Slab:
 
 
 def mean(sources):
-    # Not sum(): from Python 3.12 on it carries the rounding errors along.
+    # This is not sum(): from Python 3.12 on it carries the rounding errors along.
     x, y, z, t = sources[0]
     for point in sources[1:]:
         x += point[0]
@@ -632,7 +632,7 @@ def with_means(parts, conn, kind, components):
             sums = list(struct.unpack(layout, rows[sources[0]]))
             for i in sources[1:]:
                 sums = [a + b for a, b in zip(sums, struct.unpack(layout, rows[i]))]
-            # Of all NaNs the positive quiet one without payload, which is Python's own.
+            # The result is the positive quiet NaN without payload, which is Python's own.
             values = [nan if isnan(each) else each / len(sources) for each in sums]
             means.append(struct.pack(layout, *values))
         else:
@@ -710,7 +710,7 @@ class Indx:
         self.at = at = chunk.place()
         self.file_header = chunk.bytes(20)
         count, = chunk.unpack("I")
-        # Not compressed: HEAD says whether other arrays may be.
+        # This array is not compressed: HEAD says whether others may be.
         copy = Array(chunk, (), "I7", (U8,), 1)
         self.head = Head(bytes(copy.data), copy.at)
         headers = Array(chunk, self.head.features, "I7", (U8,), 28).data
@@ -924,7 +924,7 @@ def dot(a, b):
 
 
 class Hyperplane:
-    """All p with normal.p = offset, and the axes of its slices."""
+    """All points p with normal.p = offset, and the axes of its slices."""
 
     def __init__(self, normal, offset):
         self.normal, self.offset = normal, offset

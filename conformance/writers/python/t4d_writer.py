@@ -58,7 +58,7 @@ class Payload:
         self.fields += struct.pack("<" + layout, *values)
 
     def array(self, scalar, components, rows):
-        """Rows of numbers."""
+        """Writes an array of rows of numbers."""
         layout = struct.Struct(f"<{components}{SCALARS[scalar]}")
         self.stored(scalar, components, [layout.pack(*row) for row in rows])
 
@@ -112,7 +112,7 @@ def box(points, axes):
 
 
 def mean(sources):
-    # Not sum(): from Python 3.12 on it carries the rounding errors along.
+    # This is not sum(): from Python 3.12 on it carries the rounding errors along.
     total = list(sources[0])
     for point in sources[1:]:
         for axis in range(4):
@@ -134,7 +134,7 @@ class Connectivity:
                            for first in range(0, len(self.cells), BLOCK_ROWS)]
 
     def ranges(self, vertices):
-        """Of the vertices that are needed of the lower layer, the interior and the upper layer."""
+        """Ranges of the needed vertices of the lower layer, the interior and the upper layer."""
         means = {i for i in vertices if self.first_mean <= i < self.first_upper}
         needed = (vertices - means).union(*(self.means[i - self.first_mean] for i in means))
         for first, end in pairwise((0, self.lower, self.first_upper, self.vertices)):
@@ -184,7 +184,7 @@ NOT_IN_HEAD = "bodies", "connectivities", "layers"
 
 
 class Summary:
-    """What DONE says of a body."""
+    """The summary of a body in DONE."""
 
     def __init__(self):
         self.slabs = self.vertices = self.cells = 0
