@@ -29,7 +29,7 @@ class GcodeProgram {
   using Apply =
       std::function<Result<void>(const GcodeBlock& block, std::uint64_t line, std::size_t depth)>;
 
-  /// All must outlive this.
+  /// The text, the parameters and what `apply` uses must outlive this.
   GcodeProgram(std::string_view text, GcodeDialect dialect, GcodeParameters& parameters,
                Apply apply);
 

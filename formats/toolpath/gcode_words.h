@@ -19,7 +19,7 @@ Result<std::string> gcodeText(std::string_view line);
 /// numbers that differ by less than a millionth are equal.
 class GcodeWords {
  public:
-  /// Both must outlive this.
+  /// The text and the parameters must outlive this.
   GcodeWords(std::string_view text, const GcodeParameters& parameters)
       : rest_(text), parameters_(parameters) {}
 

@@ -86,7 +86,7 @@ class ToolPathBuilder {
   static constexpr double kTurnDegreesPerSecond = 36;  ///< of rapid turns
   static constexpr double kNoWay = 1e-9;               ///< mm; less is rounding, and no move
 
-  /// Which must outlive this.
+  /// The options must outlive this.
   explicit ToolPathBuilder(const ToolPathOptions& options);
 
   bool started() const { return started_; }

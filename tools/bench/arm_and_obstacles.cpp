@@ -30,7 +30,7 @@ std::vector<TriangleMesh> links() {
   return all;
 }
 
-/// On a spiral, some in the way of the arm.
+/// Obstacles on a spiral, some in the way of the arm.
 std::vector<TriangleMesh> obstacles() {
   std::vector<TriangleMesh> all;
   for (int i = 0; i < 20; ++i) {

@@ -94,7 +94,7 @@ void writeArray(const std::filesystem::path& path, const std::vector<T>& array) 
              static_cast<std::streamsize>(array.size() * sizeof(T)));
 }
 
-/// Nothing where it is not installed.
+/// The result of fast-simplification; nothing where it is not installed.
 std::optional<Collapses> ofFastSimplification(const model::TriangleMesh& sphere,
                                               const std::filesystem::path& folder) {
   const auto points = folder / "points.bin";

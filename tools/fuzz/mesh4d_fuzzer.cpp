@@ -16,7 +16,7 @@ namespace {
 using formats::LoadedMesh4d;
 using formats::Mesh4d;
 
-/// What compressed formats unpack to may be large.
+/// Whether a format is compressed: it may unpack to something large.
 bool unpacks(std::string_view id) { return id == "vtu" || id == "g4b" || id == "g4tf"; }
 
 Result<LoadedMesh4d> read(const formats::Mesh4dFormat& format, std::string_view bytes) {

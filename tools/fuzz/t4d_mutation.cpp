@@ -75,8 +75,8 @@ void setPayload(LooseChunk& chunk, const PayloadWriter& payload) {
   for (const auto& block : payload.blocks()) chunk.blocks.push_back(text(block.bytes()));
 }
 
-/// What INDX should say of `chunks`, of which it is one, where it can be told without reading them.
-/// What it said of the contents of slabs is kept.
+/// The contents of INDX for `chunks`, of which it is one, where they can be told without reading
+/// them. Its data about the contents of slabs is kept.
 formats::Index indexOf(const std::string& fileHeader, const std::vector<LooseChunk>& chunks,
                        const formats::Index& before) {
   formats::Index index;

@@ -26,7 +26,7 @@ struct LooseFile {
 /// Splits bytes into chunks by their lengths, as far as possible. Checksums are ignored.
 LooseFile takeApart(const std::string& bytes);
 
-/// What is updated when a file is reassembled.
+/// The parts of a file that are updated when it is reassembled.
 struct Repairs {
   bool parts = true;  ///< the offsets of CONN and LAYR in each SLAB
   bool index = true;  ///< INDX, the chunk count in DONE, and the footer

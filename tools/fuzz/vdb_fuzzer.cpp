@@ -38,7 +38,8 @@ void readFrames(const std::vector<std::filesystem::path>& files,
   }
 }
 
-/// In the first frame of the grids named "solid"; many if it cannot be read.
+/// The number of points inside in the first frame of the grids named "solid"; many if it cannot be
+/// read.
 std::uint64_t pointsInside(const std::vector<std::filesystem::path>& files) {
   const auto frames = voxel4d::openVdbFrames(files, {.frameTime = 1, .grid = "solid"});
   if (!frames) return UINT64_MAX;

@@ -21,7 +21,7 @@ from .mutant import ACTIVE, ORIGINAL, Edit, Mutant
 from .operators import ARITHMETIC, ASSIGNMENTS, LOGIC, RELATIONS
 from .rooms import ROOT
 
-# That of the version whose bindings tools/setup installs.
+# The library is that of the version whose bindings tools/setup installs.
 cindex.Config.set_library_file(
     next(str(library) for version in (16, 19, 18, 17)
          if (library := Path(f"/usr/lib/llvm-{version}/lib/libclang.so.1")).exists()))
@@ -48,7 +48,7 @@ PROGRESS = re.compile(r"\w+\(progress_?,")
 
 @dataclass(frozen=True)
 class Scope:
-    """What surrounds a cursor."""
+    """The surroundings of a cursor."""
 
     returns: str = ""  # "bool", "value", or "" where no default can be returned
     constant: bool = False
@@ -123,7 +123,7 @@ class Finder:
             children = children[1:]
         named = kind == K.VAR_DECL or kind == K.FIELD_DECL
         for child in children:
-            # What precedes the name of a variable is its type.
+            # Before the name of a variable is its type.
             if named and child.extent.start.offset < cursor.location.offset:
                 continue
             self.walk(child, parent if kind == K.UNEXPOSED_EXPR else cursor, scope)
@@ -303,7 +303,7 @@ def span(cursor):
 
 
 def converted(cursor):
-    """What an implicit conversion is applied to."""
+    """The cursor that an implicit conversion is applied to."""
     while cursor.kind == K.UNEXPOSED_EXPR:
         inner = next(cursor.get_children(), None)
         if inner is None:

@@ -109,7 +109,7 @@ def reader_of(source, **more):
 
 
 def fault(reader, case):
-    """What is wrong with the reader's answer, or None."""
+    """The fault of the reader's answer, or None."""
     words = case.trial.request.split()
     request = reader.request_of(words)
     if not request:
@@ -145,7 +145,7 @@ def noticed(source, ordered, checksums, own_checksums):
 
 
 def in_a_child(job):
-    """What job() returns, as JSON, or None where the child ends otherwise."""
+    """The result of job(), as JSON, or None where the child ends otherwise."""
     out, into = os.pipe()
     child = os.fork()
     if child == 0:
@@ -198,7 +198,7 @@ def serve():
         begin, end = right.index(b"def crc_table"), right.index(b"def padded")
         own = source[begin:end] != right[begin:end]
         block = blocks.of_line(line_of(right, source))
-        # Those of checksums are not reached where a checksum is known already.
+        # Mutants of checksums are not reached where a checksum is known already.
         reaching = [i for i, case in enumerate(ALL) if block is None or own or case.reached[block]]
         # The mutants before tell which cases notice most.
         ordered = sorted(reaching, key=lambda i: (-killers[i] if killers[i] > 2 else 0, ALL[i].seconds))

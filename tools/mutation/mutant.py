@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-# In an edit's pieces: the text that it replaces, with the edits of other mutants in it.
+# Stands in an edit's pieces for the text that it replaces, with the edits of other mutants in it.
 ORIGINAL = 0
-# In an edit's pieces: whether the mutant is active.
+# Stands in an edit's pieces for whether the mutant is active.
 ACTIVE = 1
 
 
@@ -25,7 +25,7 @@ class Mutant:
     change: str        # "a < b: a <= b"
     source_line: str
     edits: tuple
-    # In a constexpr function: the compiler may have evaluated every call.
+    # The mutant is in a constexpr function: the compiler may have evaluated every call.
     constant: bool = False
     number: int = 0
     room: str = ""

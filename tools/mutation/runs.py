@@ -52,7 +52,7 @@ def tests(left_out):
 
 
 def limit(seconds):
-    """Before a test starts, in its process."""
+    """Limits the process of a test before it starts."""
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     resource.setrlimit(resource.RLIMIT_CPU, (int(seconds) + 1, int(seconds) + 2))
     resource.setrlimit(resource.RLIMIT_DATA, (MOST_BYTES, MOST_BYTES))
@@ -91,7 +91,7 @@ def run(test, seconds, **variables):
 
 
 def stamp(test):
-    """When the programs that a test runs were built."""
+    """The times when the programs that a test runs were built."""
     programs = [Path(test.command[0]), *BUILD.glob("t4d*")]
     return [p.stat().st_mtime_ns for p in programs if p.is_file() and os.access(p, os.X_OK)]
 

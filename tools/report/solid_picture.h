@@ -18,7 +18,7 @@ constexpr Colour kOrange = {0.95F, 0.72F, 0.50F};
 constexpr Colour kRed = {0.90F, 0.36F, 0.20F};
 constexpr Colour kGrey = {0.72F, 0.74F, 0.78F};
 
-/// From `from` at 0, and below, to `to` at 1, and above.
+/// A colour between `from` at 0 and below, and `to` at 1 and above.
 Colour blended(const Colour& from, const Colour& to, double part);
 
 /// An orthographic view of solids from the front, slightly from above and from the side.

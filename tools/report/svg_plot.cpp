@@ -21,7 +21,7 @@ constexpr double kTop = 34;
 constexpr double kBottom = 220;
 constexpr double kLegendHeight = 18;
 constexpr double kSwatch = 22;
-/// About the width of a character of 12 pixels.
+/// The approximate width of a character of 12 pixels.
 constexpr double kCharacter = 6.6;
 /// More dots would only thicken the curve.
 constexpr std::size_t kMostDots = 2000;

@@ -15,7 +15,7 @@ inline constexpr const char* kComponents = "component";
 /// Adds `--bodies`, with kComponents where solids move by themselves.
 void addBodiesOption(CLI::App& command, std::string& bodies, bool components = false);
 
-/// What divides an .obj; nothing for "" and kComponents.
+/// The lines that divide an .obj; nothing for "" and kComponents.
 std::optional<formats::BodiesBy> bodiesBy(const std::string& bodies);
 
 }  // namespace t4d::tools

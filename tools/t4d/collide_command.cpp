@@ -114,7 +114,7 @@ std::string stepsText(const CollidedPair& pair) {
   return fmt::format("--max-deviation {} (some {} steps)", atLeast(deviation, 4), steps);
 }
 
-/// What the meshes do where the verdict is open, by how much.
+/// A phrase about the meshes where the verdict is open, and by how much.
 std::string howNear(const CollidedPair& pair) {
   if (!pair.collision.contact()) {
     return fmt::format("come as near as {:.4g}", pair.collision.clearance->distance);
@@ -122,7 +122,7 @@ std::string howNear(const CollidedPair& pair) {
   return pair.verdict.depth > 0 ? fmt::format("overlap by {:.4g}", pair.verdict.depth) : "touch";
 }
 
-/// What is certain, as a sentence.
+/// A sentence about what is certain.
 std::string sentenceOf(const CollidedPair& pair, const std::optional<double>& clearance) {
   const CollisionVerdict& verdict = pair.verdict;
   if (!pair.collision.common) return "clear: they never exist at the same time";
@@ -170,7 +170,7 @@ std::string sentenceOf(const CollidedPair& pair, const std::optional<double>& cl
   return sentence;
 }
 
-/// What is certain of the clearance.
+/// A sentence about what is certain of the clearance.
 std::string clearanceSentence(const CollidedPair& pair, double clearance) {
   const ClearanceVerdict& verdict = *pair.clearance;
   using Answer = ClearanceVerdict::Answer;

@@ -30,7 +30,7 @@ std::string orderText(const std::optional<double>& order) {
   return order ? fmt::format("{:.2f}", *order) : "";
 }
 
-/// With the unit "mm³ s", if both are known.
+/// The label of hypervolumes, with the unit "mm³ s", if both are known.
 std::string hypervolumeLabel(const CompareReport& report) {
   const bool known = !report.lengthUnit.empty() && !report.timeUnit.empty();
   return labelled("hypervolume",

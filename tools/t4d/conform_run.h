@@ -25,7 +25,7 @@ struct ConformArguments {
   bool json = false;
 };
 
-/// What their help says differently.
+/// The words in which their help differs.
 struct ConformHelp {
   std::string tested;   ///< "reader" or "writer"
   std::string only;     ///< what may be chosen: "globs or folders ('cut')"

@@ -30,7 +30,7 @@ enum ExitCode : int {
 /// terminal.
 std::string shown(std::string_view text);
 
-/// The same for a name or a sentence, whose line breaks would begin a line of their own: "\\n".
+/// The text of a name or a sentence, whose line breaks would begin a line of their own: "\\n".
 std::string shownLine(std::string_view text);
 
 /// Turns off progress and notices and, with `results`, what `print` and `printTable` print. Errors,

@@ -6,7 +6,7 @@
 
 namespace t4d::tools {
 
-/// What slices consist of, for reports. `distance` is that of slice::LightSlice.
+/// A phrase about the detail of slices, for reports. `distance` is that of slice::LightSlice.
 inline std::string detailText(bool light, double distance) {
   if (!light && distance == 0) return "exact slices";
   const std::string within = distance == 0

@@ -107,7 +107,7 @@ Result<void> checkBodyFiles(const EnvelopeArguments& options, const verbs::Passa
   return checkOutputs(outputs);
 }
 
-/// What else finds a thin solid, or takes less time.
+/// Options that find a thin solid, or take less time.
 std::string otherWays(const verbs::EnvelopeOptions& how, const Passage& one) {
   if (how.contains()) return {};
   return !how.exact && one.hasFewTriangles() ? "--exact or --outside" : "--outside";
@@ -214,7 +214,7 @@ void printReport(const verbs::EnvelopeReport& made, const EnvelopeArguments& opt
   printFields(made);
 }
 
-/// What was lost, with the options that may help.
+/// The losses, with the options that may help.
 std::vector<std::string> lossesOf(verbs::EnvelopeReport made) {
   for (Passage& one : made.passages.all) {
     std::vector<std::string>& own = one.envelope.losses;

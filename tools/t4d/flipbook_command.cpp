@@ -92,7 +92,7 @@ int run(FlipbookArguments& options) {
   auto times = options.frames.of(model::timeSpanOf(input->bodies), kMaxFrames);
   if (!times) return report(times.error());
   how.times = std::move(*times);
-  // Those of a curve are made for it.
+  // The frames of a speed curve are made for a frame rate.
   if (options.fps->count() > 0 || !options.frames.speedFile.empty()) {
     how.framesPerSecond = options.frames.framesPerSecond;
   }

@@ -45,7 +45,7 @@ ordered_json optionJson(const CLI::Option& option) {
           {"excludes", namesOf(option.get_excludes())}};
 }
 
-/// Those of groups, which are commands without a name, too.
+/// Adds the options, also those of groups, which are commands without a name.
 void addOptions(const CLI::App& command, ordered_json& arguments, ordered_json& options) {
   for (const CLI::Option* option : command.get_options()) {
     (option->get_positional() ? arguments : options).push_back(optionJson(*option));

@@ -5,8 +5,7 @@
 
 namespace t4d::tools {
 
-/// What `--help` says of a command and of the verbs below it, as JSON
-/// (docs/schemas/help.json).
+/// The help of a command and of the verbs below it, as JSON (docs/schemas/help.json).
 nlohmann::ordered_json helpJson(const CLI::App& command);
 
 }  // namespace t4d::tools

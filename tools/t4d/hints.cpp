@@ -55,7 +55,7 @@ std::string recoveryHint(const std::string& path) {
                      freeName(path, "-recovered", ".t4d"));
 }
 
-/// By the extension of a file.
+/// The hint for the extension of a file.
 std::string exportHintFor(const std::string& extension) {
   struct Row {
     std::vector<std::string_view> extensions;
@@ -86,7 +86,7 @@ std::string animationHint(const std::string& path) {
                      freeName(path, "", ".t4d"), freeName(path, "", ".glb"));
 }
 
-/// How to convert a file of one kind to the required kind.
+/// A hint on converting a file of one kind to the required kind.
 std::string conversionHint(const std::string& path) {
   const std::string extension = formats::lowerCaseExtension(path);
   if (std::string hint = exportHint(path); !hint.empty()) return hint;

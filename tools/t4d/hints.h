@@ -4,8 +4,8 @@
 
 #include "t4d/error.h"
 
-/// What to try after an error, in terms of verbs and options, which the library does
-/// not know.
+/// Hints on what to try after an error, in terms of verbs and options, which the library does not
+/// know.
 namespace t4d::tools {
 
 /// A sentence on what to do about the error; empty if there is no advice.

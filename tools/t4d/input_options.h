@@ -9,7 +9,7 @@
 
 namespace t4d::tools {
 
-/// Which bodies of a .t4d file a verb takes.
+/// The choice of bodies of a .t4d file.
 struct InputOptions : verbs::InputOptions {
   /// Adds `--body` and `--max-cells`.
   void addTo(CLI::App& command);

@@ -29,7 +29,7 @@ constexpr double kThinnest = 1;
 constexpr double kTickHeight = 6;
 constexpr int kTicks = 8;
 
-/// Where a track is in the picture.
+/// The lanes of tracks in the picture.
 struct Lanes {
   std::vector<std::size_t> ofTrack;
   std::size_t count = 0;

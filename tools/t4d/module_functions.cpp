@@ -78,7 +78,7 @@ namespace fs = std::filesystem;
 
 namespace formats {
 
-/// In place of the library's, which needs libcurl from the start.
+/// Replaces the library's function, which needs libcurl from the start.
 [[gnu::visibility("hidden")]] void readUrls() {
 #ifdef T4D_WITH_CURL
   setUrlOpener([](const std::string& url) {

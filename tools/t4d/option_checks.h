@@ -33,7 +33,7 @@ CLI::Validator fractionBelowOne();
 /// A whole number from `least` to `most` inclusive.
 CLI::Validator wholeNumber(std::uint64_t least, std::uint64_t most);
 
-/// Not 1.
+/// A number other than 1.
 CLI::Validator noLoneCopy();
 
 /// `--part K/N`, part K of N: whole numbers, K from 1 to N.
@@ -55,7 +55,7 @@ CLI::Validator outputFile(std::vector<std::string_view> extensions);
 
 CLI::Validator htmlFile();
 
-/// The same for a file whose extension tells what is written.
+/// A file name whose extension tells what is written.
 CLI::Validator outputByExtension(std::vector<std::string_view> extensions);
 
 /// A file name with the extension of a triangle mesh that can be written.

@@ -17,7 +17,8 @@ namespace {
 
 using model::TriangleMesh;
 
-/// From near to far: dark blue, green, yellow, in steps of equal brightness that print well.
+/// The colours from near to far: dark blue, green, yellow, in steps of equal brightness that print
+/// well.
 constexpr std::array<Colour, 5> kRamp = {{{0.27F, 0.20F, 0.55F},
                                           {0.19F, 0.45F, 0.62F},
                                           {0.13F, 0.65F, 0.55F},

@@ -10,7 +10,7 @@ namespace t4d::tools {
 
 using verbs::SolidPair;
 
-/// What is said of pairs that are shown.
+/// The captions of pairs that are shown.
 struct PairCaptions {
   std::string a;
   std::string b;

@@ -21,14 +21,15 @@ class PartOption {
   /// `help` says what only a part of is done.
   void addTo(CLI::App& command, const std::string& help);
 
-  /// All of it, unless --part is given.
+  /// The part; the whole unless --part is given.
   model::Part chosen() const { return part_.value_or(model::Part()); }
   bool isGiven() const { return part_.has_value(); }
   /// Whether either option is given.
   bool isAsked() const { return part_ || most_; }
 
-  /// With --most-parts, prints `most` and returns the exit code. If --part asks for more parts than
-  /// `most`, the number of `things` (such as "steps"), prints that and returns the exit code.
+  /// If --most-parts is given, prints `most` and returns the exit code. If --part asks for more
+  /// parts than `most`, the number of `things` (such as "steps"), prints that and returns the exit
+  /// code.
   std::optional<int> settle(std::uint64_t most, std::string_view things) const;
 
   /// The report on a part, with the member `part`, for `t4d join`: which part it is of which run,

@@ -121,7 +121,7 @@ void ProgressBar::draw() {
   const std::string left =
       fraction > 0 ? fmt::format("{:.0f} s left", (time - begun_) * (1 - fraction) / fraction)
                    : fmt::format("{:.0f} s so far", time - begun_);
-  // All of it in a line of 80 columns.
+  // The whole bar fits in a line of 80 columns.
   const int width = total_ > 0 ? 20 : 40;
   const int filled = static_cast<int>(fraction * width);
   console_.print(fmt::format("\r\033[K{} [{:=<{}}{:{}}] {:3.0f} %{}, {}", title_, "", filled, "",

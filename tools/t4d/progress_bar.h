@@ -29,7 +29,7 @@ class ProgressBar : public verbs::Stage {
   static void silence();
 
   explicit ProgressBar(std::string title, Console console = standardError());
-  /// Of a job of `total` units, such as "frames"; without a rate if `total` is 0.
+  /// The bar of a job of `total` units, such as "frames"; without a rate if `total` is 0.
   ProgressBar(std::string title, std::uint64_t total, std::string units,
               Console console = standardError());
   ~ProgressBar() override;

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// By the extension; "" for one that is of no such file.
+/// The kind of a file by its extension; "" for any other.
 std::string byExtension(const std::string& path) {
   struct Row {
     const char* kind;
@@ -48,7 +48,7 @@ bool isDicom(const fs::path& file) {
   return in && std::string_view(bytes.data(), bytes.size()).substr(kBefore) == "DICM";
 }
 
-/// Of what the program reads itself nothing is opened.
+/// The kind of a file. Files that the program reads itself are not opened.
 std::string kindOfFile(const fs::path& file) {
   std::string kind = byExtension(file.string());
   const bool isOwn = voxel4d::isVolumeFile(file) || verbs::isMeshFrame(file.string()) ||

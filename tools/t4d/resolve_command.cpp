@@ -108,7 +108,7 @@ void printReport(const std::string& name, const edit::ResolveReport& report) {
         report.hypervolumeChange);
 }
 
-/// What the mesh and the motions leave open.
+/// Prints what the mesh and the motions leave open.
 void printOpenQuestions(const verbs::ResolveReport& resolved) {
   printNotices(resolved.notices);
   if (!resolved.decidingClearance) return;

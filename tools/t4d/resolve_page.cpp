@@ -37,7 +37,7 @@ std::string plotsOfResolved(const formats::Metadata& metadata, const edit::Resol
   return plotsOf({displacement, volume});
 }
 
-/// Which of two surfaces a point is on: the nearer one.
+/// Colours a point by the nearer of two surfaces.
 ColourAt coloursOf(const TriangleMesh& obstacles, const TriangleMesh& body) {
   const auto ofObstacles = std::make_shared<measure::TriangleTree>(obstacles);
   const auto ofBody = std::make_shared<measure::TriangleTree>(body);

@@ -88,8 +88,8 @@ struct Knot {
 
 bool isWhole(double x) { return x == std::floor(x); }
 
-/// At a frame between two knots. Without a bend, times that people type as decimals are met
-/// exactly.
+/// The time of a frame between two knots. Without a bend, times that people type as decimals are
+/// met exactly.
 double timeBetween(const Knot& a, const Knot& b, std::uint64_t frame) {
   const double passed = static_cast<double>(frame) - a.frame;
   const double length = b.frame - a.frame;

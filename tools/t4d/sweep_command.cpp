@@ -315,7 +315,7 @@ bool isAboutSolids(const Error& error) {
   }
 }
 
-/// What was added to the options, as words.
+/// The options that were added, as words.
 std::string addedTo(const verbs::SweepOptions& given, const verbs::SweepOptions& working) {
   std::string words;
   if (working.mending && !given.mending) words += " --mend";

@@ -18,7 +18,7 @@ void addT4dOutputOption(CLI::App& command, std::string& path,
 /// Adds `--compression`.
 void addCompressionOption(CLI::App& command, int& level);
 
-/// How a .t4d file is stored.
+/// The coding of a .t4d file.
 struct T4dCoding {
   std::string precision = "float64";
   std::optional<double> grid;

@@ -33,7 +33,7 @@ voxel4d::CapStyle voxelCapStyle(const std::string& name);
 void addBetween(CLI::App& command, std::optional<std::string>& between, const std::string& prefix);
 voxel4d::Between betweenOf(const std::optional<std::string>& name);
 
-/// What is said of parts that are lost between frames, in text, in JSON, and by the exit code.
+/// Reports on parts that are lost between frames, in text, in JSON, and by the exit code.
 struct LostPartsOptions {
   bool fails = false;
 

@@ -48,7 +48,8 @@ struct WeaveArguments {
   std::vector<double> origin;
   std::string caps = "flat";
   std::optional<std::string> between;
-  /// By name: of inputs that only `python3 -m t4d weave` reads, which takes them from the words.
+  /// Options by name for inputs that only `python3 -m t4d weave` reads, which takes them from the
+  /// words.
   std::map<std::string, std::string> ofPython;
   std::string lengthUnit;
   std::string timeUnit;
@@ -110,7 +111,7 @@ CLI::Validator regionOfFrames() {
       "X0:X1,Y0:Y1,Z0:Z1[,T0:T1]");
 }
 
-/// What is wrong with the choice of options for meshes.
+/// The fault in the choice of options for meshes.
 std::optional<std::string> misuseOfMeshes(const WeaveArguments& options) {
   const verbs::FrameReading& reading = options.reading;
   const bool collected = std::ranges::any_of(
@@ -135,7 +136,7 @@ std::optional<std::string> misuseOfMeshes(const WeaveArguments& options) {
   return std::nullopt;
 }
 
-/// What is wrong with the options of frames in between.
+/// The fault in the options of frames in between.
 std::optional<std::string> misuseOfVelocity(const WeaveArguments& options, FrameKind kind) {
   const verbs::FrameReading& reading = options.reading;
   if (!reading.hasVelocity()) {
@@ -168,7 +169,7 @@ std::optional<std::string> misuseOfVelocity(const WeaveArguments& options, Frame
   return std::nullopt;
 }
 
-/// What is wrong with the options that say what is inside.
+/// The fault in the options that say what is inside.
 std::optional<std::string> misuseOfInside(const WeaveArguments& options) {
   const std::vector<std::string>& labels = options.labels;
   if (!labels.empty() && options.reading.volumes.iso) {
@@ -222,7 +223,7 @@ std::optional<std::string> misuseOfInput(const WeaveArguments& options, FrameKin
 
 std::string withUnit(const std::string& unit) { return unit.empty() ? "" : " " + unit; }
 
-/// What is to be known of the frames and of the mesh.
+/// Notices about the frames and the mesh.
 std::vector<std::string> noticesOf(const WeaveArguments& options,
                                    const verbs::WeaveReport& report) {
   std::vector<std::string> notices = report.notices;

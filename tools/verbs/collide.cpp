@@ -240,7 +240,7 @@ class BodyBounds {
   std::vector<std::optional<measure::ChordBound>> bounds_;
 };
 
-/// All that is asked for of a pair whose contacts are known.
+/// Computes everything asked for about a pair whose contacts are known.
 Result<void> judgePair(CollidedPair& pair, const measure::ChordBounds& bounds,
                        const CollideOptions& options) {
   const auto judge = [&] {

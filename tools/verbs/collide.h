@@ -59,7 +59,7 @@ struct MendedOfFile {
   formats::MendedInfo info;
 };
 
-/// What was changed in at least one body, as a sentence without a full stop.
+/// The changes made in at least one body, as a sentence without a full stop.
 std::string noticeOf(std::span<const MendedOfFile> mended);
 
 struct CollideReport {
@@ -79,7 +79,7 @@ struct CollideReport {
 Result<CollideReport> collide(std::span<const Input> inputs, const CollideOptions& options = {},
                               Observer& observer = nobody());
 
-/// How many pairs `collide` tests, which is the most parts that it can be divided into.
+/// The number of pairs that `collide` tests, which is the most parts that it can be divided into.
 std::uint64_t pairCount(std::span<const Input> inputs, const CollideOptions& options);
 
 /// A table of CollidedPair::samples, with the columns
@@ -97,7 +97,7 @@ struct ContactView {
   double time = 0;
   model::TriangleMesh a;
   model::TriangleMesh b;
-  /// Of each triangle: whether it is in contact, up to rounding.
+  /// For each triangle, whether it is in contact, up to rounding.
   std::vector<bool> contactA;
   std::vector<bool> contactB;
 };

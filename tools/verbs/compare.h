@@ -13,7 +13,7 @@
 
 namespace t4d::verbs {
 
-/// What 1, 50 and 99 per cent of the cells do not exceed.
+/// Values that 1, 50 and 99 per cent of the cells do not exceed.
 struct CellQuantiles {
   double p01 = 0;
   double p50 = 0;

@@ -18,7 +18,7 @@ struct MethodsOptions {
   formats::MotionTableOptions table = {};  ///< for a table
   mesh4d::StepRule steps = {};
   mesh4d::CapMethod meshCaps = mesh4d::CapMethod::TetGen;
-  /// In length units, at least one; compared from the largest on.
+  /// Voxel sizes in length units, at least one; compared from the largest on.
   std::vector<double> voxelSizes = {};
   VoxelMethod voxels = {};     ///< its `voxelSize` is not used
   std::string folder = {};     ///< for the .t4d files; "" for one that is removed

@@ -75,7 +75,7 @@ ordered_json jsonOf(const ComparedMesh& mesh) {
   return value;
 }
 
-/// All but the time.
+/// The slice as JSON, without its time.
 ordered_json jsonOf(const ComparedSlice& slice) {
   const auto distance = [](double length) {
     return std::isfinite(length) ? ordered_json(length) : ordered_json();

@@ -82,7 +82,7 @@ Result<void> writeConvertedT4d(const std::string& output, ConvertInput& input, O
   return {};
 }
 
-/// What a format does not keep, by name.
+/// The names of what a format does not keep.
 class LostNames {
  public:
   LostNames(const formats::Mesh4dFormat& format, std::vector<std::string>& losses)

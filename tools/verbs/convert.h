@@ -24,7 +24,7 @@ struct ConvertOptions {
   /// tetrahedra are split. Without it, a body for a .t4d is cut where none is split. Not for a
   /// .t4d as input, which has slabs.
   std::optional<std::uint64_t> slabs = {};
-  /// As edit::Mend4dOptions::weld. Not for a .t4d as input, of which nothing is mended.
+  /// The tolerance edit::Mend4dOptions::weld. Not for a .t4d as input, which is not mended.
   std::optional<double> weld = {};
   bool allowOpen = false;                      ///< as edit::Mend4dOptions::allowOpen
   std::optional<std::uint64_t> maxCells = {};  ///< of a .t4d, as T4dReader::open takes it
@@ -43,7 +43,7 @@ struct ConvertReport {
   bool oriented = true;
   double seconds = 0;  ///< with reading and writing
   std::vector<std::string> losses = {};
-  /// What was changed in reading, mending and cutting, a sentence each.
+  /// Changes made in reading, mending and cutting, a sentence each.
   std::vector<std::string> notices = {};
 };
 

@@ -144,7 +144,7 @@ class Labels {
 
   Result<std::string> tiff() const { return formats::tiffOf(samples_, size_); }
 
-  /// By label.
+  /// The lines by label.
   const std::map<std::uint64_t, Line>& lines() const { return lines_; }
   /// The last label of a track; 0 if it has no point in any frame.
   std::uint64_t labelOf(std::uint64_t track) const { return labelOf_[track]; }
@@ -152,7 +152,7 @@ class Labels {
  private:
   static constexpr std::size_t kNever = ~std::size_t{0};
 
-  /// In this frame. The label is that of the frame before.
+  /// Begins a track in this frame. Its label is that of the frame before.
   Result<void> beginTrack(std::uint64_t track) {
     const std::uint64_t before = labelOf_[track];
     const std::size_t last = std::exchange(lastFrame_[track], frame_);

@@ -15,7 +15,8 @@ namespace t4d::verbs {
 /// The points at which labels are taken.
 struct LabelLattice {
   model::Point3 spacing = model::Point3::Ones();  ///< between points, along x, y and z
-  /// Of the first point; without it, half a spacing from the least corner of the mesh's bounds.
+  /// The position of the first point; without it, half a spacing from the least corner of the
+  /// mesh's bounds.
   std::optional<model::Point3> origin = {};
   /// Points along x, y and z; without it, up to the end of the mesh's bounds.
   std::optional<std::array<std::uint32_t, 3>> size = {};

@@ -11,7 +11,7 @@
 
 namespace t4d::verbs {
 
-/// How far two files agree, the closest first.
+/// Degrees to which two files agree, the closest first.
 enum class SameLevel : std::uint8_t {
   Bytes,  ///< every byte
   Mesh,   ///< bodies of the same names with the same cells, in any order and divided into any slabs
@@ -31,7 +31,7 @@ struct DiffOptions {
 
 struct Diff {
   SameLevel level = SameLevel::Different;
-  /// What differs, a sentence each; also what does not count: metadata, attributes.
+  /// Differences, a sentence each; also those that do not count: metadata, attributes.
   std::vector<std::string> messages;
 };
 

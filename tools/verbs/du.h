@@ -8,7 +8,7 @@
 
 namespace t4d::verbs {
 
-/// What takes up the bytes of a .t4d file.
+/// The uses of the bytes of a .t4d file.
 struct DuReport {
   std::string name;  ///< for messages: the path, or the URL without credentials
   std::uint64_t bytes = 0;

@@ -132,7 +132,7 @@ Result<void> nameFiles(const EnvelopeOptions& options, std::vector<Passage>& all
   return {};
 }
 
-/// What can be changed where an envelope cannot be made.
+/// The remedy where an envelope cannot be made.
 Remedy remedyOf(const Error& error, const Passage& one, const EnvelopeOptions& options,
                 const edit::EnvelopeOptions& how) {
   if (error.remedy == Remedy::VoxelSize && !options.contains()) {

@@ -53,7 +53,7 @@ struct EnvelopeOptions {
   bool contains() const { return outside || inflate || simplify; }
 };
 
-/// Where a body, or several, have been.
+/// The places where a body, or several, have been.
 struct Passage {
   std::string name;  ///< of the body; "envelope" of several
   measure::Silhouette silhouette = {};
@@ -63,8 +63,8 @@ struct Passage {
   edit::Envelope envelope = {};  ///< empty until it is made
   std::string file = {};         ///< "" if none is written
 
-  /// For an envelope that contains the motion: the maximum distance of its points from the motion,
-  /// or of its surface from it if simplified. Nothing if the motion is not known.
+  /// If the envelope contains the motion: the maximum distance of its points from the motion, or of
+  /// its surface from it if simplified. Nothing if the motion is not known.
   std::optional<double> outsideBy() const;
   /// Whether an exact envelope takes seconds.
   bool hasFewTriangles() const;
@@ -83,7 +83,7 @@ Result<Passages> passagesOf(const Input& input, const EnvelopeOptions& options,
 /// The most parts that the fields can be divided into. Fails if nothing has a volume.
 Result<std::uint64_t> mostFieldParts(const Passages& passages, const EnvelopeOptions& options);
 
-/// What is wrong with a mesh whose hypervolume is not the same computed in two ways.
+/// The error of a mesh whose hypervolume is not the same computed in two ways.
 std::optional<std::string> doubtOfHypervolume(const Passage& passage, const model::TimeSpan& span);
 
 struct EnvelopeReport {
@@ -94,7 +94,7 @@ struct EnvelopeReport {
   double seconds = 0;                        ///< without those of passagesOf, if that was called
   std::vector<std::string> fileLosses = {};  ///< what the format of `output` cannot hold
 
-  /// What is missing of the envelopes, or may be, and of the files.
+  /// Parts that are missing from the envelopes, or may be, and from the files.
   std::vector<std::string> losses() const;
 };
 

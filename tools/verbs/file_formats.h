@@ -18,7 +18,7 @@ struct FormatsOfKind {
 /// All formats that are read or written, in the order in which they are listed for users.
 std::vector<FormatsOfKind> fileFormats();
 
-/// As `t4d formats --json` prints them (docs/formats.md).
+/// The JSON that `t4d formats --json` prints (docs/formats.md).
 std::string jsonOf(std::span<const FormatsOfKind> kinds);
 
 }  // namespace t4d::verbs

@@ -70,7 +70,7 @@ Result<convert::FrameSlicesReport> writeFrames(const Input& input, const Flipboo
                                                std::span<const double> times,
                                                const convert::FlipbookOptions& how,
                                                Observer& observer) {
-  // Of the other two kinds, slabs are read once for all frames.
+  // The other two kinds read slabs once for all frames.
   const bool byFrames = options.kind == FlipbookKind::Frames;
   const auto stage = observer.stage("slicing", byFrames ? times.size() : 0, "frames");
   const auto write = options.kind == FlipbookKind::Rigid   ? convert::writeRigidFlipbook

@@ -21,13 +21,13 @@ enum class FlipbookKind : std::uint8_t {
 
 struct FlipbookOptions {
   std::string output = {};  ///< the .glb, .gltf, .usda or .usdz to write
-  /// Of the frames; none for 60, evenly spaced over the whole time. A flipbook without frames shows
-  /// the time from the first to the last.
+  /// The times of the frames; none for 60, evenly spaced over the whole time. A flipbook without
+  /// frames shows the time from the first to the last.
   std::vector<double> times = {};
-  /// Of playback; none for as many as `seconds` take.
+  /// The rate of playback; none for as many frames as `seconds` take.
   std::optional<double> framesPerSecond = {};
-  /// Of playback, all frames together. Without it and framesPerSecond, evenly spaced frames of a
-  /// mesh whose time unit is the second play in real time, and all others 24 per second.
+  /// The duration of playback. Without it and framesPerSecond, evenly spaced frames of a mesh whose
+  /// time unit is the second play in real time, and all others 24 per second.
   std::optional<double> seconds = {};
   FlipbookKind kind = FlipbookKind::Frames;
   bool exact = false;  ///< of frames: as slice::SliceDetail::Exact, not Light

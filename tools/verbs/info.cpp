@@ -13,7 +13,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// What a reader, or a stream that has ended, tells.
+/// The report on a reader, or on a stream that has ended.
 template <class File>
 InfoReport infoOf(const File& file) {
   InfoReport report{.name = file.name(),

@@ -12,7 +12,7 @@ struct InfoOptions {
   bool slabs = false;  ///< list what each slab contains
 };
 
-/// What a .t4d file contains.
+/// The contents of a .t4d file.
 struct InfoReport {
   std::string name;  ///< for messages: the path, or the URL without credentials
   formats::T4dVersion version;

@@ -21,7 +21,7 @@ struct Input {
   /// Some or all of those that `metadata` names.
   std::vector<model::Body> bodies;
   std::shared_ptr<formats::T4dReader> reader = nullptr;  ///< owns the bodies; null in memory
-  /// Those that are parts of others.
+  /// Bodies that are parts of others.
   std::vector<std::shared_ptr<const model::Source>> parts = {};
 };
 
@@ -59,8 +59,8 @@ Error inInput(Error error, const Input& input);
 /// Fails (Remedy::Units) if lengths, times or up axes of two inputs mean different things.
 Result<void> checkSameUnits(const Input& a, const Input& b);
 
-/// What is known of the motion of a body between two layers. In a sweep of an animation, nodes may
-/// move along curves there.
+/// The known facts about the motion of a body between two layers. In a sweep of an animation, nodes
+/// may move along curves there.
 measure::MotionBetweenLayers motionOf(const Input& input, const std::string& body);
 
 /// Bounds in space of the bodies, at all times. Reads the slabs of a mesh in memory.

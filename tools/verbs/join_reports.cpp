@@ -20,7 +20,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// How the members of two reports make that of both.
+/// Rules by which the members of two reports make that of both.
 enum class Rule {
   Add,     // numbers, or the numbers of two lists; null if one of them is
   Most,    // the largest; null counts as nothing
@@ -32,7 +32,7 @@ enum class Rule {
 };
 using Rules = std::map<std::string, Rule, std::less<>>;
 
-/// How the reports of verbs are joined member by member.
+/// The rules by which reports are joined, by verb and member.
 const std::map<std::string, Rules, std::less<>>& rulesOfVerbs() {
   static const Rules kGrids = {
       {"mend", Rule::First},        {"frames", Rule::Add},
@@ -213,7 +213,7 @@ ordered_json joinedByRules(const std::vector<ordered_json>& reports, const Rules
     if (rule == Rule::Unknown && reports.size() > 1) value = nullptr;
     for (std::size_t i = 1; i < reports.size(); ++i) value = both(rule, value, reports[i].at(name));
   }
-  // As each verb lists them.
+  // Each verb lists as many.
   constexpr std::size_t kMostListed = 1000;
   if (all.contains("parts_lost") && all["parts_lost"].size() > kMostListed) {
     all["parts_lost"].erase(all["parts_lost"].begin() + kMostListed, all["parts_lost"].end());

@@ -20,7 +20,7 @@ nlohmann::ordered_json coordinatesOf(const model::Point3& point) {
   return {point.x(), point.y(), point.z()};
 }
 
-/// All but the time.
+/// The sample as JSON, without its time.
 nlohmann::ordered_json jsonOf(const measure::SolidMeasures& sample, const WallMeasures& walls) {
   const bool any = !sample.bounds.empty();
   nlohmann::ordered_json value = {
@@ -100,7 +100,7 @@ Result<std::vector<std::vector<WallMeasures>>> wallsOfEach(std::span<const model
   return walls;
 }
 
-/// Those of all bodies together, at each time: the mean over the area of all.
+/// The measures of all bodies together, at each time: the mean over the area of all.
 std::vector<WallMeasures> togetherOf(const std::vector<std::vector<WallMeasures>>& walls,
                                      const std::vector<std::vector<measure::SolidMeasures>>& each) {
   std::vector<WallMeasures> together(each.front().size());

@@ -19,7 +19,7 @@ struct MeasureOptions {
   bool normalSpeed = false;        ///< the mean normal speed, too
 };
 
-/// What is measured if it is asked for, as the mean over the area.
+/// Measures that are made if they are asked for, as means over the area.
 struct WallMeasures {
   std::optional<double> thickness;    ///< wallThickness
   std::optional<double> normalSpeed;  ///< meanNormalSpeed

@@ -21,7 +21,8 @@ struct MendedBody {
   edit::MendSurfaceReport report;
 };
 
-/// When a solid becomes its convex hull (edit::hullSurface), as planners of robots take links.
+/// The cases in which a solid becomes its convex hull (edit::hullSurface), as planners of robots
+/// take links.
 enum class Hull : std::uint8_t {
   Never,     ///< what cannot be mended is an error, and what mending drops is a loss
   Fallback,  ///< where it cannot be mended, or where mending would drop some of it
@@ -68,10 +69,10 @@ std::string measuresOf(const edit::MendSurfaceReport& report);
 /// after mending.
 std::vector<std::string> noticesOf(const std::vector<MendedBody>& bodies);
 
-/// What was dropped outside of the mended solids, a sentence for each body.
+/// Parts that were dropped outside of the mended solids, a sentence for each body.
 std::vector<std::string> lossesOf(const std::vector<MendedBody>& bodies);
 
-/// What a .t4d file says of a body that was mended.
+/// The data about a mended body that its .t4d file states.
 formats::MendedInfo mendedInfoOf(const edit::MendSurfaceReport& report);
 
 }  // namespace t4d::verbs

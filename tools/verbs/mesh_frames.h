@@ -18,7 +18,7 @@ inline constexpr const char* kMeshesAreOneApart =
 /// True for the name of a triangle mesh that is read, or of a collection (.pvd) of them.
 bool isMeshFrame(const std::string& path);
 
-/// What was found in the meshes of a series while they were read.
+/// Findings in the meshes of a series while they were read.
 struct MeshFramesLog {
   std::vector<std::string> notices;
   std::vector<std::string> losses;  ///< each once, however many meshes have it

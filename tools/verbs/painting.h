@@ -18,7 +18,7 @@ inline constexpr std::string_view kColorByAttribute = "attribute:";
 /// The smallest and largest value of what gives colours: the ends of the colour map.
 using ColorRange = std::array<double, 2>;
 
-/// What gives slices their colours.
+/// The source of the colours of slices.
 struct Painting {
   convert::Paint paint = {};             ///< null if no colours are asked for
   std::optional<ColorRange> range = {};  ///< if they come from numbers

@@ -38,7 +38,7 @@ struct QualityReport {
 Result<QualityReport> quality(const Input& input, const QualityOptions& options = {},
                               Observer& observer = nobody());
 
-/// What `t4d join` needs to know of a part, as JSON: the distributions, without rounding.
+/// The data of a part that `t4d join` needs, as JSON: the distributions, without rounding.
 std::string partStateOf(const QualityReport& report);
 
 /// The report as JSON (docs/schemas/quality.schema.json).

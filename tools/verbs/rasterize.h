@@ -15,7 +15,7 @@ namespace t4d::verbs {
 Result<VoxelSeriesReport> rasterize(const Input& input, const VoxelSeriesOptions& options,
                                     Observer& observer = nobody());
 
-/// What .vdb files cannot say of a mesh whose origin was moved; "" for another mesh.
+/// A note on what .vdb files cannot say about a mesh whose origin was moved; "" for another mesh.
 std::string noticeOfOrigin(const Input& input);
 
 /// Level sets with a manifest, as other frames have.

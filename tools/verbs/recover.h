@@ -30,7 +30,8 @@ struct RecoverReport {
   /// damaged, caps added because the mesh was open. Empty if the file was valid and closed.
   std::vector<formats::T4dLoss> lost;
   std::vector<RecoverCap> closed;
-  /// For the written file; empty if no slab could be saved, in which case no file was written.
+  /// The validation of the written file; empty if no slab could be saved, in which case no file was
+  /// written.
   std::optional<Validation> validation;
 };
 

@@ -231,7 +231,7 @@ TEST(Recover, LosesOneSlabWhereOneIsDamagedAndTheRestIsExact) {
       ASSERT_EQ(report.lost.size(), 1U);
       EXPECT_EQ(report.lost[0].offset, chunk.offset);
       ASSERT_TRUE(report.lost[0].time);
-      // What was lost, closed by itself.
+      // The lost slab, closed by itself.
       model::Mesh alone;
       edit::RunCloser closer(alone);
       for (const model::Slab& slab : original.mesh.slabs()) {
@@ -287,7 +287,7 @@ TEST(Recover, SlabsOfNoClosedMeshAreWrittenAllTheSame) {
     if (report->slabsSaved == 0) continue;
     const auto checked = formats::checkT4dFile(output);
     EXPECT_TRUE(checked) << checked.error().text();
-    // All of them are there.
+    // All slabs are there.
     auto reader = T4dReader::open(output);
     ASSERT_TRUE(reader);
     std::uint64_t found = 0;

@@ -82,7 +82,7 @@ Result<void> writeResolved(const Input& input, const std::vector<edit::ResolvedB
   return {};
 }
 
-/// What the true motions need.
+/// The clearance that the true motions need.
 struct DecidingClearance {
   double chordBound = 0;  ///< the largest of a body and an obstacle together
   bool known = true;      ///< whether that is known of all
@@ -106,7 +106,7 @@ Result<void> decideMotions(const Input& obstacles, const Input& input, double ke
     const double bound = (*own ? (*own)->bound : 0) + (*other ? (*other)->bound : 0);
     deciding.chordBound = std::max(deciding.chordBound, bound);
     if (bound == 0 || bound < kept) continue;
-    // With some digits, and certainly more.
+    // The number is rounded up to some digits.
     constexpr double kDigits = 1e3;
     const double unit = std::pow(10, std::floor(std::log10(bound))) / kDigits;
     const double enough = std::stod(fmt::format("{:.4g}", std::ceil(bound / unit + 0.5) * unit));

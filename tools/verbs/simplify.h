@@ -18,8 +18,8 @@ struct SimplifyOptions {
   std::optional<double> ratio = {};
   /// The number of cells to keep, of all bodies together. Not with a ratio.
   std::optional<std::uint64_t> cells = {};
-  /// As edit::SimplifyOptions::maxError. Without any of the three, a thousandth of the diagonal of
-  /// the bounds of each body.
+  /// The bound edit::SimplifyOptions::maxError. Without any of the three, a thousandth of the
+  /// diagonal of the bounds of each body.
   std::optional<double> maxError = {};
   std::optional<double> timeScale = {};  ///< as timeScaleOf takes it
   std::string preserve = {};             ///< as edit::SimplifyOptions::preserve

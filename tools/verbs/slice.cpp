@@ -88,7 +88,7 @@ Result<slice::LightSlice> sectionOf(const model::Body& body, const SliceOptions&
   return made;
 }
 
-/// If the options ask for it.
+/// Adds velocities if the options ask for them.
 Result<void> addVelocityTo(slice::Slice& slice, const SliceOptions& options, SliceReport& report) {
   if (!slice.motion) return {};
   slice::VelocityOptions how;

@@ -18,7 +18,7 @@ namespace t4d::verbs {
 struct SliceOptions {
   /// Slice at this time: the solid as it is then, in x, y and z.
   std::optional<double> time = {};
-  /// Without a time, slice by this hyperplane, in the coordinates of slice::basisOf.
+  /// The hyperplane to slice by without a time, in the coordinates of slice::basisOf.
   slice::Hyperplane hyperplane = {};
   bool light = false;          ///< as slice::SliceDetail::Light; needs a time
   bool mergeCoplanar = false;  ///< as slice::mergeCoplanar

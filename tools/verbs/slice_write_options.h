@@ -11,7 +11,7 @@
 
 namespace t4d::verbs {
 
-/// How slices look and are written, for sliceMesh, flipbook and frames.
+/// The look and the format of slices, for sliceMesh, flipbook and frames.
 struct SliceWriteOptions {
   /// Normals to write; without them, viewers shade flat.
   std::optional<formats::NormalStyle> normals = {};
@@ -36,9 +36,9 @@ struct SliceWriteOptions {
 
   bool isColoredBySpeed() const { return color == "speed"; }
   bool isColoredByTrack() const { return color == "track"; }
-  /// By the attribute `triangle` or any other.
+  /// Whether the colours are those of the attribute `triangle` or any other.
   bool isColoredByAttribute() const;
-  /// To be written, or for colours.
+  /// Whether velocities are written, or needed for colours.
   bool needsVelocity() const { return velocity || isColoredBySpeed(); }
 };
 

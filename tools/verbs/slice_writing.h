@@ -13,7 +13,7 @@
 #include "tools/verbs/painting.h"
 #include "tools/verbs/slice_write_options.h"
 
-/// What SliceWriteOptions mean for the folders that slice and write.
+/// The meaning of SliceWriteOptions for the folders that slice and write.
 namespace t4d::verbs {
 
 /// The given times of frames or, without any, 60 that are evenly spaced over the whole time.
@@ -27,10 +27,10 @@ std::optional<convert::FrameVelocity> frameVelocityOf(const SliceWriteOptions& o
 formats::GltfEncoding gltfEncodingOf(const SliceWriteOptions& options,
                                      const model::Bounds3& bounds);
 
-/// How far a coordinate may be from its place; nothing if it is not quantized.
+/// The largest error of a coordinate; nothing if it is not quantized.
 std::optional<double> quantizationErrorOf(const formats::GltfEncoding& encoding);
 
-/// How frames are sliced and written.
+/// The slicing and writing of frames.
 struct FrameLooks {
   formats::MeshWriteOptions write = {};  ///< without a placement
   std::optional<convert::FrameVelocity> velocity = {};
@@ -47,7 +47,7 @@ void addFrameMembers(nlohmann::ordered_json& value, const convert::FrameSlicesRe
                      bool hasVelocity, const std::optional<ColorRange>& colorRange,
                      const std::optional<double>& quantizationError);
 
-/// That velocities per second of playback need two frames.
+/// The error that velocities per second of playback need two frames.
 Error oneFrameHasNoSpeed();
 
 }  // namespace t4d::verbs

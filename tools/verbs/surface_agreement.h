@@ -13,7 +13,8 @@ struct SurfaceAgreement {
   double hausdorff95 = 0;
 };
 
-/// From measure::kSurfaceSamples points of each surface. 0 if both are empty, infinite if one is.
+/// Measures the agreement at measure::kSurfaceSamples points of each surface. 0 if both are empty,
+/// infinite if one is.
 SurfaceAgreement surfaceAgreement(const model::TriangleMesh& a, const model::TriangleMesh& b);
 
 }  // namespace t4d::verbs

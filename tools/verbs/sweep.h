@@ -25,12 +25,12 @@ namespace t4d::verbs {
 /// The voxel method instead of the mesh method: frames of voxels, woven.
 struct VoxelMethod {
   double voxelSize = 1;  ///< in length units
-  /// Without either, enough frames that no point moves by more than a voxel between two.
+  /// The default is enough frames that no point moves by more than a voxel between two.
   voxel4d::FrameTimes times = {};
   bool mask = false;  ///< masks of inside points, not level sets
   voxel4d::Between between = voxel4d::Between::Distance;
   voxel4d::CapStyle caps = voxel4d::CapStyle::Flat;
-  /// What the caller was told that only the mesh method uses; said in a notice.
+  /// Given options that only the mesh method uses; named in a notice.
   std::vector<std::string> ignored = {};
 };
 
@@ -68,16 +68,16 @@ struct MechanismSweep {
   mesh4d::StepRule steps = {};
   bool ownSteps = false;                       ///< as mesh4d::mechanismKeys without `common`
   std::optional<std::uint64_t> maxSteps = {};  ///< as mesh4d::mechanismKeys
-  /// Nothing for Hull::Fallback that nobody asked for: each hull is a loss. So is what is mended
-  /// without SweepOptions::mending.
+  /// The use of convex hulls. Nothing means a Hull::Fallback that nobody asked for: each hull is a
+  /// loss. So is what is mended without SweepOptions::mending.
   std::optional<Hull> hull = {};
   formats::Packages packages = {};  ///< of a .urdf alone, as formats::UrdfOptions
 };
 
-/// How files are swept, by their names.
+/// The ways in which files are swept, by their names.
 enum class SweepKind : std::uint8_t { Motion, Deformation, Animation, Mechanism };
 
-/// `motion` is "" if there is none. At least one file.
+/// The kind of a sweep of at least one file; `motion` is "" if there is none.
 SweepKind sweepKindOf(std::span<const std::string> files, const std::string& motion);
 
 /// The maximum number of frames of a union, unless a number or a time between them is given.
@@ -86,9 +86,9 @@ inline constexpr std::uint64_t kUsualFrames = 300;
 /// One solid of all bodies of a deformation or an animation, which may overlap, by the voxel
 /// method.
 struct VoxelUnion {
-  /// In length units; without it, a hundredth of the largest extent at the first time.
+  /// The edge length of a voxel; without it, a hundredth of the largest extent at the first time.
   std::optional<double> voxelSize = {};
-  /// Without either, enough frames that no vertex moves by more than a voxel between two, but no
+  /// The default is enough frames that no vertex moves by more than a voxel between two, but no
   /// more than kUsualFrames.
   voxel4d::FrameTimes times = {};
   voxel4d::CapStyle caps = voxel4d::CapStyle::Flat;
@@ -103,7 +103,7 @@ struct SweepOptions {
   /// Makes each connected component of deformations and animations a body (edit::divideSolids).
   bool components = false;
   std::optional<VoxelUnion> united = {};  ///< of deformations and animations, without components
-  // Of the mesh method, as mesh4d::SweepOptions.
+  // Options of the mesh method, as in mesh4d::SweepOptions.
   mesh4d::CapMethod caps = mesh4d::CapMethod::TetGen;
   mesh4d::PrismSplit prism = mesh4d::PrismSplit::Fourteen;
   model::Part part = {};  ///< of one body that is not centred
@@ -126,7 +126,7 @@ struct FoundInBody {
   Found found;
 };
 
-/// As mesh4d::SweepReport, of all bodies together.
+/// The folds of mesh4d::SweepReport, of all bodies together.
 struct SweepFolds {
   std::uint64_t prisms = 0;
   std::uint64_t steps = 0;
@@ -145,12 +145,12 @@ struct SweepReport {
   std::uint64_t steps = 0;
   std::array<std::uint64_t, 2> capTetrahedra = {0, 0};  ///< at start and end
   /// No point of a slice is farther from the true solid at that time, nor the other way round, in
-  /// length units. Of the mesh method, with a motion or a mechanism.
+  /// length units. Only for the mesh method, with a motion or a mechanism.
   std::optional<double> chordBound = {};
   std::optional<double> tolerance = {};  ///< of an animation: the largest of all bodies
   std::vector<SweptBody> bodies = {};    ///< if they have names: not for one solid alone
   std::vector<model::HalfTurn> halfTurns = {};
-  /// Of anything but a motion; `crossings` are nothing if they were not searched for.
+  /// Only without a motion; `crossings` are nothing if they were not searched for.
   std::optional<SweepFolds> folds = {};
   std::optional<SweepCrossings> crossings = {};
   std::vector<MendedBody> mended = {};   ///< empty if none was to be mended

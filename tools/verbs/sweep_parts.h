@@ -33,7 +33,7 @@ struct BodiesWithKeys {
   std::vector<std::filesystem::path> keyFiles = {};  ///< as formats::LoadedDeformation
 };
 
-/// What moves and how, as read from files.
+/// The moving solids, as read from files.
 struct SweepInput {
   std::variant<SolidsInMotion, BodiesWithKeys> moving;
   std::vector<formats::BodyInfo> infos = {};  ///< of bodies with names; empty for one without
@@ -66,17 +66,17 @@ const std::string& modelOf(const SweepOptions& options);
 /// The files that the options name.
 std::vector<std::string> namedFilesOf(const SweepOptions& options);
 
-/// How the file was made, for its metadata: JSON.
+/// The data on how the file was made, for its metadata: JSON.
 std::string sweepDetails(const SweepOptions& options, const SweepInput& input);
 
 /// Options of the mesh method.
 mesh4d::SweepOptions meshMethodOf(const SweepOptions& options);
 
-/// What is wrong with a solid as the mesh method takes it, at its place; nothing if it is sound.
+/// The fault of a solid as the mesh method takes it, at its place; nothing if it is sound.
 std::optional<Error> faultOf(const model::TriangleMesh& solid, const SweepOptions& options,
                              const Place& where);
 
-/// Each solid is a body of the file.
+/// Sweeps each solid into a body of the file.
 Result<SweepReport> sweepByMotion(const SweepOptions& options, const SweepInput& input,
                                   T4dFile& file, Observer& observer);
 
@@ -84,11 +84,11 @@ Result<SweepReport> sweepByMotion(const SweepOptions& options, const SweepInput&
 Result<SweepReport> sweepByVoxels(const VoxelMethod& how, voxel4d::SolidAtTime solid,
                                   std::vector<double> times, model::Sink& sink, Observer& observer);
 
-/// All bodies together are the one body of the file.
+/// Sweeps the union of all bodies into the one body of the file.
 Result<SweepReport> sweepUnion(const SweepOptions& options, const SweepInput& input, T4dFile& file,
                                Observer& observer);
 
-/// Each body with its keys is one of the file.
+/// Sweeps each body with its keys into one of the file.
 Result<SweepReport> sweepThroughKeys(const SweepOptions& options, const SweepInput& input,
                                      T4dFile& file, Observer& observer);
 

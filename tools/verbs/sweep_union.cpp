@@ -57,7 +57,8 @@ class RunAtTime {
   std::vector<Point3> after_;
 };
 
-/// Of all bodies: a run is there from its beginning on, and the last also at its end.
+/// The solid of all bodies at a time: a run is there from its beginning on, and the last also at
+/// its end.
 class UnionAtTime {
  public:
   explicit UnionAtTime(const Bodies& bodies) {
@@ -126,7 +127,7 @@ std::uint64_t rounded(double number) {
   return static_cast<std::uint64_t>(std::round(number / unit) * unit);
 }
 
-/// What is to be expected, before it is made.
+/// A note about the expected mesh, before it is made.
 std::string expectationOf(const Movement& movement, std::size_t frames, double voxelSize) {
   // Measured for animated figures and robots: a voxel that the surface passes has some ten
   // tetrahedra a step, with three bytes each in the file.

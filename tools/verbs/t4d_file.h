@@ -16,7 +16,7 @@ std::filesystem::path nameIn(const std::string& path);
 /// The name of a file without its extension, or extensions: "brain" of "brain.nii.gz".
 std::string nameWithoutExtension(const std::filesystem::path& path);
 
-/// What every verb that makes a .t4d from something else lets the caller choose.
+/// Options of every verb that makes a .t4d from something else.
 struct T4dFileOptions {
   std::string path;
   formats::T4dWriteOptions writing = {};
@@ -54,7 +54,7 @@ class T4dFile : public model::Sink {
   Result<void> putStreamed(const model::StreamedSlab& slab) override;
   /// The size of the file in bytes.
   Result<std::uint64_t> finish();
-  /// As formats::T4dWriter::losses.
+  /// The losses of formats::T4dWriter::losses.
   std::vector<std::string> losses() const;
 
  private:

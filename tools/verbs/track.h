@@ -46,8 +46,8 @@ std::string_view nameOf(measure::TrackEventKind kind);
 /// The ids of tracks of a body, with blanks between them.
 std::string idText(const BodyTracks& body, const std::vector<std::uint32_t>& tracks);
 
-/// How a track begins: mesh, the name of an event of tracks, or, in a part of a mesh, part. How it
-/// ends, alike.
+/// The begin or the end of a track in one word: mesh, the name of an event of tracks, or, in a part
+/// of a mesh, part.
 std::string_view beginOf(const measure::Tracks& tracks, const measure::Track& track);
 std::string_view endOf(const measure::Tracks& tracks, const measure::Track& track);
 

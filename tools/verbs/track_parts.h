@@ -14,7 +14,7 @@ namespace t4d::verbs {
 
 struct TrackedPart {
   TrackReport report;  ///< with ids that go on from body to body within the part
-  /// Of each body, the rest of measure::PartOfTracks.
+  /// For each body, the rest of measure::PartOfTracks.
   std::vector<measure::PartOfTracks> seams = {};
 };
 
@@ -22,7 +22,7 @@ struct TrackedPart {
 Result<TrackedPart> trackPart(const Input& input, const measure::TrackOptions& options,
                               const model::Part& part, Observer& observer = nobody());
 
-/// What `joinedTracking` needs to know of a part besides its report.
+/// The data of a part besides its report that `joinedTracking` needs.
 nlohmann::ordered_json stateOf(const TrackedPart& part, const measure::TrackOptions& options);
 
 /// The report on all slabs from those on the parts, whose members `part` have the states. Throws

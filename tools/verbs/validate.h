@@ -10,7 +10,7 @@ namespace t4d::verbs {
 
 /// Result of validating a .t4d file: its bytes and its meshes.
 struct Validation {
-  /// For all bodies together; empty if the file cannot be read that far.
+  /// The report on all bodies together; empty if the file cannot be read that far.
   std::optional<measure::MeshReport> mesh;
   /// All findings, with the slab and its offset in the file if they concern a single one.
   measure::IssueList issues;

@@ -9,7 +9,7 @@
 
 /// Validating a file in parts, each by another process. A part reads its slabs and the one before
 /// them, checks the layer between, and reports sums without rounding; the first part also checks
-/// every byte of the file. What all parts found together is what `validate` finds.
+/// every byte of the file. All parts together find what `validate` finds.
 namespace t4d::verbs {
 
 struct PartValidation {
@@ -18,7 +18,7 @@ struct PartValidation {
     measure::PartOfMesh part;
     formats::BodySummary said;  ///< in the file, of the whole body
   };
-  /// What is known as far as the file can be read.
+  /// The bodies as far as the file can be read.
   std::vector<Body> bodies;
   std::optional<measure::Issue> damage;  ///< why there are no more bodies
   bool beforeAll = false;                ///< the damage was found before any slab was read
@@ -30,9 +30,9 @@ Result<PartValidation> validatePart(const std::filesystem::path& path,
                                     const model::Progress& progress = {},
                                     std::optional<std::uint64_t> maxCells = {});
 
-/// What one part has found.
+/// The findings of one part.
 Validation validationOf(const PartValidation& part);
-/// What all parts have found, in order.
+/// The findings of all parts, in order.
 Result<Validation> joinedValidation(const std::vector<PartValidation>& parts);
 
 nlohmann::ordered_json jsonOf(const Validation& validation, bool deep);

@@ -34,7 +34,7 @@ struct ViewedFiles {
   std::string tracks;                  ///< the report
   std::shared_ptr<const void> joined;  ///< while it lives, those that were in parts are files
 
-  /// What the page calls the files.
+  /// The names of the files on the page.
   std::vector<std::string> names() const;
 };
 

@@ -11,11 +11,11 @@
 
 namespace t4d::verbs {
 
-/// What the fields of one run are made of.
+/// The points of the fields of one run.
 struct VisitFieldWork {
   measure::SpaceLattice lattice;  ///< of all parts
   model::Part part = {};
-  /// What tells the parts of this run from others; empty for the whole fields.
+  /// The data that tells the parts of this run from others; empty for the whole fields.
   std::map<std::string, std::string> run = {};
   /// Puts the motion into a sink.
   std::function<Result<void>(model::Sink&)> put = {};
@@ -26,7 +26,7 @@ struct VisitFieldWork {
 Result<void> checkFields(const measure::SpaceLattice& lattice, const model::Part& part,
                          double memory);
 
-/// Writes the fields that are asked for. Of a part, only its points are worked on.
+/// Writes the fields that are asked for. For a part, only its points are worked on.
 Result<std::vector<WrittenField>> writeVisitFields(const VisitFieldFiles& files,
                                                    const VisitFieldWork& work,
                                                    Observer& observer = nobody());

@@ -11,7 +11,7 @@
 
 namespace t4d::verbs {
 
-/// How a solid is written as a time series of .vdb files.
+/// Options for writing a solid as a time series of .vdb files.
 struct VoxelSeriesOptions {
   std::vector<double> times = {};  ///< of the frames, increasing
   double voxelSize = 1;            ///< as voxel4d::VoxelizeOptions::voxelSize
@@ -19,7 +19,7 @@ struct VoxelSeriesOptions {
   model::Part part = {};           ///< as voxel4d::VoxelizeOptions::part
   std::string folder = {};         ///< for frame_0000.vdb, ...; created if missing
   std::string name = {};           ///< of the solid: where errors are that name no other place
-  /// As voxel4d::writeVoxelFrames takes it.
+  /// The function that voxel4d::writeVoxelFrames calls before renaming.
   std::function<Result<void>()> beforeRenaming = {};
 };
 

@@ -39,7 +39,7 @@ std::vector<double> thicknesses(const model::TriangleMesh& mesh) {
   constexpr std::size_t kRays = 2000;
   // Pieces of a ray across the whole mesh, so that few triangles are near each.
   constexpr int kPieces = 64;
-  // Of the extent: the triangle from which a ray starts is not met.
+  // A fraction of the extent: the triangle from which a ray starts is not met.
   constexpr double kRounding = 1e-9;
   const auto samples = measure::surfaceSamples(mesh, kRays);
   if (samples.empty()) return {};

@@ -19,7 +19,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// How the file was made, for its metadata.
+/// The data on how the file was made, for its metadata.
 std::string weaveDetails(const WeaveInput& input, const WeaveOptions& options) {
   const FrameReading& reading = input.reading;
   ordered_json parameters;

@@ -18,13 +18,13 @@ struct WeaveOptions {
   model::Part part = {};        ///< as voxel4d::WeaveOptions::part
   std::string lengthUnit = {};  ///< "" for that of the frames
   std::string timeUnit = {};    ///< "" for that of the frames
-  /// The file to write. Its body is named after the input; of several labels, "label N", where the
-  /// name of the options takes the place of "label". Not centred if it is a part.
+  /// The file to write. Its body is named after the input; for several labels, "label N", where the
+  /// name of the options replaces "label". A part is not centred.
   T4dFileOptions output = {};
 };
 
 struct WeaveReport {
-  /// Of all bodies together. A frame is counted in one part.
+  /// The sums over all bodies. A frame is counted in one part.
   voxel4d::WeaveReport woven;
   std::uint64_t framesInBetween = 0;  ///< of the frames, those that velocities make
   std::uint64_t bytes = 0;            ///< of the file

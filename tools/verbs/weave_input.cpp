@@ -53,7 +53,7 @@ FrameKind kindOfFrame(const std::string& file) {
   return voxel4d::isVolumeFile(file) ? FrameKind::Volumes : FrameKind::Vdb;
 }
 
-/// Of a file that is neither a volume by its extension nor a VDB file, both are said.
+/// For a file that is neither a volume by its extension nor a VDB file, both are said.
 Error unreadableFrame(Error error) {
   const std::string extension = formats::lowerCaseExtension(error.where.file);
   if (error.remedy == Remedy::FrameFormat && extension != ".vdb") {
@@ -91,7 +91,7 @@ voxel4d::VolumeOptions volumeOptionsOf(const WeaveInput& input) {
   return options;
 }
 
-/// What has the label, or is inside without one.
+/// Opens the samples that have the label, or are inside without one.
 Result<voxel4d::VolumeFrames> openVolumes(const WeaveInput& input,
                                           const std::optional<std::int64_t>& label) {
   voxel4d::VolumeOptions options = volumeOptionsOf(input);

@@ -13,7 +13,7 @@
 
 namespace t4d::verbs {
 
-/// What files of frames hold.
+/// The contents of files of frames.
 enum class FrameKind : std::uint8_t {
   Vdb,      ///< grids of OpenVDB, or a folder of their files
   Volumes,  ///< voxel4d::volumeFormats, or `-`, a stream of frames
@@ -31,9 +31,9 @@ std::string orderNotice(const std::string& first, const std::string& last);
 /// holds volumes and no .vdb file, and a mesh of a format that is only written.
 Result<FrameKind> frameKindOf(std::span<const std::string> files);
 
-/// How frames are read from files. Options for another kind of frames have no effect.
+/// Options for reading frames from files. Options for another kind of frames have no effect.
 struct FrameReading {
-  /// How volumes are read, but for `label` and `region`. Its times are for all kinds of
+  /// Options for reading volumes, except `label` and `region`. Its times are for all kinds of
   /// frames (the start of .vdb files needs the time between frames), its `iso` and `below` for .vdb
   /// files, too.
   voxel4d::VolumeOptions volumes = {};
@@ -63,10 +63,10 @@ struct WeaveInput {
   voxel4d::VolumeFrames frames;  ///< of the first body
   std::vector<std::string> files = {};
   FrameReading reading = {};  ///< of the files
-  /// What is found in triangle meshes while frames are requested; null for other frames.
+  /// Findings in triangle meshes while frames are requested; null for other frames.
   std::shared_ptr<const MeshFramesLog> meshes = nullptr;
   double seconds = 0;  ///< that opening took
-  /// What was decided about frames before they are read.
+  /// Decisions made about frames before they are read.
   std::vector<std::string> notices = {};
 };
 
@@ -77,7 +77,7 @@ struct WeaveInput {
 /// voxel4d::openVdbFrames, voxel4d::openVolumeFrames and openMeshFrames do.
 Result<WeaveInput> openFrames(std::vector<std::string> files, FrameReading reading);
 
-/// Those of a label, which is another body of the same volumes.
+/// The frames of a label, which is another body of the same volumes.
 Result<voxel4d::VolumeFrames> framesOfLabel(const WeaveInput& input, std::int64_t label);
 
 }  // namespace t4d::verbs

@@ -8,13 +8,13 @@
 
 #include "t4d/weave.h"
 
-/// What users and metadata call the choices of voxel4d::WeaveOptions.
+/// Names of the choices of voxel4d::WeaveOptions, for users and metadata.
 namespace t4d::verbs {
 
-/// In the order of voxel4d::CapStyle.
+/// Names in the order of voxel4d::CapStyle.
 inline constexpr std::array<std::string_view, 3> kCapStyleNames = {"flat", "half-step", "graded"};
 
-/// In the order of voxel4d::Between.
+/// Names in the order of voxel4d::Between.
 inline constexpr std::array<std::string_view, 2> kBetweenNames = {"distance", "midpoint"};
 
 constexpr std::string_view nameOfCaps(voxel4d::CapStyle caps) {
@@ -25,7 +25,7 @@ constexpr std::string_view nameOfBetween(voxel4d::Between between) {
   return kBetweenNames[static_cast<std::size_t>(between)];
 }
 
-/// Nothing for another name.
+/// The style of this name; nothing for another name.
 constexpr std::optional<voxel4d::CapStyle> capStyleOf(std::string_view name) {
   const auto found = std::ranges::find(kCapStyleNames, name);
   if (found == kCapStyleNames.end()) return std::nullopt;

@@ -36,7 +36,7 @@ bool send(const platform::OpenFile& file, std::size_t offset, std::size_t length
 /// time, nobody waits long behind them. A thread that waits takes next to nothing.
 constexpr std::size_t kThreads = 512;
 constexpr std::chrono::seconds kSilence(1);
-/// How long a browser that does not read on is waited for.
+/// The time to wait for a browser that does not read on.
 constexpr std::chrono::seconds kWriteTime(5);
 /// No request here has a body.
 constexpr std::size_t kMostBodyBytes = 1 << 16;
@@ -83,7 +83,7 @@ bool canServe() { return true; }
 Result<void> serveViewer(const std::string& page, std::span<const ServedFile> files, int port,
                          const std::function<void(const std::string& url)>& onReady) {
   httplib::Server server;
-  // Not SO_REUSEPORT, httplib's default: two servers would then share a port.
+  // SO_REUSEADDR, not SO_REUSEPORT, httplib's default: two servers would then share a port.
   int listening = -1;
   server.set_socket_options([&](int socket) {
     const int yes = 1;

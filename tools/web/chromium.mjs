@@ -2,7 +2,7 @@ import { existsSync } from 'node:fs';
 import { fileURLToPath } from 'node:url';
 
 const inPath = (process.env.PATH ?? '').split(':').map((folder) => `${folder}/chromium`);
-// By tools/setup, where the system has no package.
+// The program that tools/setup installs, where the system has no package.
 const unpacked = fileURLToPath(new URL('../../tests/chromium/program/chromium', import.meta.url));
 
 /** How playwright starts Chromium: without a GPU, and with nothing of the network but our own pages. */

@@ -60,7 +60,7 @@ const comparable = (text) => varying
   .split('\n').map((line) => line.trimEnd())
   .filter((line) => line !== '' && !/^t4d: .*: \d+ %/.test(line)).sort();
 
-// What libraries make: bytes of zstd, triangles of meshoptimizer. Each version makes others.
+// Numbers that depend on the version of a library: bytes of zstd, triangles of meshoptimizer.
 const isOfLibraries = /^t4d du |--simplify /;
 
 /** The expected lines in place of those whose numbers are within 1 % of theirs. */
@@ -132,7 +132,7 @@ function saveScripts(page, to) {
   }
 }
 
-// In the order of the table: later pages use the files of earlier ones.
+// Pages are in the order of the table: later pages use the files of earlier ones.
 for (const page of ['README.md', ...new Set(rows.map((row) => row.page).filter(Boolean)), 'docs/usd.md',
   'docs/motion.md', 'docs/mechanism.md']) {
   test(`examples of ${page}`, async (t) => {

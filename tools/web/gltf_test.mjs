@@ -255,7 +255,7 @@ async function checkMorph(input, frames, fps, name, ...options) {
   }
 }
 
-/** Of all slices with colours by triangle, each vertex has the colour of its triangles. */
+/** Each vertex of slices with colours by triangle has the colour of its triangles. */
 async function checkColors(input, time, name) {
   const file = at(name);
   const said = t4d('slice', input, '--time', time, '--color', 'triangle', '-o', file);

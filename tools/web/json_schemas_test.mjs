@@ -29,15 +29,15 @@ const isComparedMesh = (verb, where) =>
   verb === 'compare' && /^(#\/\$defs\/mesh|\/[ab]|\/convergence\/levels\/\d+)$/.test(where);
 const isOptional = (verb, where, key) => optional.includes(key) ||
   (verb === 'sweep' && ['chord_bound', 'half_turns', 'voxel_size'].includes(key)) ||
-  // Of a part; mill has none.
+  // Parts have it; mill has none.
   (verb !== 'mill' && key === 'part') ||
-  // Of files, of fields, or of manifests of frames.
+  // Only some joins have these: of files, of fields, or of manifests of frames.
   (verb === 'join' && ['frames', 'slabs', 'vertices', 'tetrahedra', 'field', 'active', 'bytes', 'copied'].includes(key)) ||
-  // Of several bodies.
+  // Only several bodies have this.
   (['measure', 'compare'].includes(verb) && key === 'bodies') ||
-  // If they are asked for.
+  // They are present if they are asked for.
   (verb === 'measure' && ['wall_thickness', 'normal_speed'].includes(key)) ||
-  // Of an animated glTF.
+  // Only an animated glTF has these.
   (verb === 'sweep' && (['bodies', 'tolerance'].includes(key) || (key === 'body' && where.includes('first')))) ||
   (isComparedMesh(verb, where) && optionalOfMeshes.includes(key));
 const free = ['details', 'part'];
@@ -237,7 +237,7 @@ const runs = [
   ['measure', [at('arm.t4d'), '--frames', 2], 0],
   ['measure', [at('arm.t4d'), '--frames', 2, '--thickness', '--normal-speed'], 0],
   ['measure', [at('voxels.t4d'), '--at-frames'], 0],
-  // At its last time a simplex is a corner.
+  // A simplex is a corner at its last time.
   ['measure', [at('simplex.t4d'), '--frames', 2], 0],
   ['measure', [at('screw.t4d'), '--times', '0:1000:2'], 4],
   ['measure', [at('cut.t4d')], 4],
@@ -270,7 +270,7 @@ const runs = [
     '--slices', 3], 0],
   ['compare', [at('screw.t4d'), at('voxels.t4d'), '--times', '0:1:2'], 0],
   ['compare', [at('arm.t4d'), at('arm.t4d'), '--slices', 2, '--each-body'], 0],
-  // At the last time only one of them exists.
+  // Only one of them exists at the last time.
   ['compare', [at('simplex.t4d'), at('rest.t4d'), '--times', '0:10:3'], 0],
   ['compare', [at('huge.t4d'), at('huge.t4d'), '--slices', 1], 0],
   ['compare', [at('cut.t4d'), at('voxels.t4d')], 4],

@@ -172,7 +172,7 @@ function outline(geometry, time) {
 
 function drawSculpture(sculpture, bolts) {
   const scene = makeScene([TIME_SCALE * 2.5, 0, -20], [-50, -150, 190], 60);
-  // From the file's (y, z, t) to (t, y, z): a rotation, so the triangles keep facing outward.
+  // Maps the file's (y, z, t) to (t, y, z): a rotation, so the triangles keep facing outward.
   const place = new THREE.Matrix4().set(
     0, 0, TIME_SCALE, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 1);
   sculpture.applyMatrix4(place);

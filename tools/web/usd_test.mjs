@@ -71,7 +71,7 @@ test('three.js plays poses', () => {
   const scene = load(at('rigid.usda'));
   const mixer = new THREE.AnimationMixer(scene);
   mixer.clipAction(scene.animations[0]).play();
-  // In real time.
+  // The animation plays in real time.
   assert.ok(Math.abs(scene.animations[0].duration - 5) < 1e-6);
   for (const frame of [0, 10, 23.5, 47]) {
     mixer.setTime(Math.min(5 * frame / 47, 5 - 1e-6));

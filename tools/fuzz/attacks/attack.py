@@ -70,7 +70,7 @@ def cells_of_cube():
 
 
 class Result:
-    """How a command ended, and what it printed."""
+    """The exit code of a command, and its output."""
 
     def __init__(self, code, out, err):
         self.code = code  # None after a signal
@@ -83,7 +83,7 @@ class Result:
 
     @property
     def json(self):
-        """What --json printed; None if nothing was printed."""
+        """The output of --json; None if nothing was printed."""
         return json.loads(self.out) if self.out else None
 
 

@@ -23,7 +23,7 @@ def dot(a, b):
 
 
 def turned(p, axis, degrees):
-    """Rodrigues' formula."""
+    """The point turned about an axis, by Rodrigues' formula."""
     c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
     along, across = dot(axis, p), cross(axis, p)
     return [c * p[k] + s * across[k] + (1 - c) * along * axis[k] for k in range(3)]
@@ -44,7 +44,7 @@ def read_obj(path):
 
 
 def distance(p, vertices, triangles):
-    """From a point to a surface."""
+    """The distance from a point to a surface."""
     least = math.inf
     for triangle in triangles:
         v = [[c - q for c, q in zip(vertices[i], p)] for i in triangle]
@@ -170,7 +170,7 @@ def deviations(attack):
         if not sliced.succeeded:
             return problems + [f"no slice at {moment}: {sliced.err.strip()[:300]}"]
         corners, faces = read_obj(cut)
-        # In the coordinates of the solid: turned back.
+        # The corners in the coordinates of the solid: turned back.
         back = [turned([p[k] - moment * shift[k] - point[k] for k in range(3)], axis,
                        -moment * degrees) for p in rng.sample(corners, min(40, len(corners)))]
         back = [[p[k] + point[k] for k in range(3)] for p in back]

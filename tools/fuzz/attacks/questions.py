@@ -551,7 +551,7 @@ def box(attack, name, sides, middle=(0, 0, 0)):
 
 
 def swept(attack, name, mesh, segment, *options):
-    """The box swept by a segment; None if the program refuses that."""
+    """The file of the box swept by a segment; None if the program refuses that."""
     motion = attack.path(name + ".json")
     motion.write_text(json.dumps({"segments": [segment]}))
     output = attack.path(name + ".t4d")

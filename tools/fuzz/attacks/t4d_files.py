@@ -37,7 +37,7 @@ class Chunk:
 
     @staticmethod
     def all(data):
-        """To the index, or to the end of a file without."""
+        """The chunks up to the index, or to the end of a file without."""
         chunks = [Chunk(data, 24)]
         while chunks[-1].type != "INDX" and chunks[-1].end < len(data):
             chunks.append(Chunk(data, chunks[-1].end))
@@ -48,7 +48,7 @@ class Chunk:
         return bytes(self.data[self.at + 32:self.at + 32 + self.length])
 
     def field(self, layout, at):
-        """Of the fields, `at` from their beginning."""
+        """The value of a field that is `at` bytes after the first field."""
         return struct.unpack_from("<" + layout, self.data, self.at + 32 + 8 * self.blocks + at)[0]
 
     def parts(self):

@@ -183,7 +183,7 @@ TEST_F(Program, AUnionSaysWhatItTakesAndHasABoundOfFrames) {
   EXPECT_EQ(all.value()["steps"], 400);
   EXPECT_THAT(all.err, testing::HasSubstr("note: a union in 401 frames of "));
   EXPECT_THAT(all.err, testing::Not(testing::HasSubstr("points move")));
-  // What was expected is what it became, within a factor of two.
+  // The result agrees with the expectation within a factor of two.
   const std::string some = all.err.substr(all.err.find("some ") + 5);
   std::string digits = some.substr(0, some.find(' '));
   std::erase(digits, ',');

@@ -50,7 +50,7 @@ TEST_F(Program, CollideNeverContradictsItsClearance) {
       EXPECT_FALSE(pair["breaks_clearance"] && clearance < gap);
       EXPECT_FALSE(keeps && pair["breaks_clearance"]);
       EXPECT_EQ(done.exitCode, keeps ? 0 : 1);
-      // What is printed supports the answer.
+      // The printed text supports the answer.
       const std::string clear = "clear by at least ";
       const std::size_t at = done.out.find(clear);
       const double printed =

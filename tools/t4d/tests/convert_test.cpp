@@ -71,7 +71,7 @@ TEST_F(Program, ConvertMendsCutsAndRefuses) {
   EXPECT_NEAR(hypervolume("cut.t4d"),
               150 * std::sqrt((4 + 6 * golden) / 16) / (6 * std::sqrt(2) * std::pow(golden, 3)),
               1e-12);
-  // Without its last tetrahedron.
+  // The mesh loses its last tetrahedron.
   ASSERT_EQ(run("convert fx/16-cell.off whole.off --to off-ijk").exitCode, 0);
   ASSERT_EQ(shell("sed -e 's/^8 16 0/8 15 0/' -e '$d' whole.off > open.off"), 0);
   refuses("convert open.off no.t4d",

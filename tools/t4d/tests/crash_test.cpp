@@ -29,7 +29,7 @@ namespace {
 using Words = std::vector<std::string>;
 using Seconds = std::chrono::duration<double>;
 
-/// How a process ended, and its output.
+/// The end of a process, and its output.
 struct Ended {
   int exitCode = -1;  // -1 if it was killed by a signal
   int signal = 0;
@@ -236,7 +236,7 @@ class Killed : public Crash {
               << 1.1 * reference.duration.count() << " s, half by the size of the part: " << none
               << " before it wrote, " << done << " after it was done; " << recoveredParts_
               << " parts with slabs recovered\n";
-    // Otherwise this has tested nothing.
+    // With fewer, this would have tested nothing.
     EXPECT_GT(recoveredParts_, times / 5);
   }
 

@@ -25,7 +25,7 @@ TEST_F(Program, EnvelopeOfThePapersCubeIsTheSameInAllFormats) {
     EXPECT_NEAR(made["hypervolume_by_flux"].get<double>(), 512000, 1e-7);
     EXPECT_EQ(made["voxel_size"], 2.1);
     EXPECT_EQ(made["self_intersections"], 0);
-    // Neither open nor crossing, nor flat anywhere, as it is read again.
+    // When read again, the mesh is neither open nor crossing, nor flat anywhere.
     EXPECT_EQ(run("mend " + file + " -o again.ply --json").value()["changes"].size(), 0U);
   }
   const json exact = run("envelope cube.t4d --exact --json").value();

@@ -131,7 +131,7 @@ TEST_F(Program, AFlipbookPlaysInRealTimeIfItsTimeUnitIsTheSecond) {
               testing::HasSubstr("plays for 80 s, in real time\n"));
   EXPECT_THAT(run("flipbook seconds.t4d -n 5 --duration 3 -o film.glb").out,
               testing::HasSubstr("plays for 3 s\n"));
-  // Neither times that are not even, nor other units.
+  // Neither uneven times nor other units play in real time.
   EXPECT_EQ(secondsOf("seconds.t4d --times 0,16,48"), 0.125);
   EXPECT_EQ(secondsOf("seconds.t4d --times 3,3,3"), 0.125);
   ASSERT_EQ(run("transform cube.t4d --time-unit min -o minutes.t4d").exitCode, 0);

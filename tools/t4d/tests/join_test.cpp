@@ -107,7 +107,7 @@ void addPlaces(const json& value, const Place& place, std::vector<Place>& places
   if (value.size() > 1) addPlaces(value.back(), place / (value.size() - 1), places);
 }
 
-/// What a value may become by mistake.
+/// The values that a value may become by mistake.
 std::vector<json> mistakesOf(const json& value) {
   std::vector<json> mistakes;
   if (value.is_number()) mistakes.emplace_back(value.dump());
@@ -145,7 +145,7 @@ TEST_F(Program, AReportOnAPartThatWasChangedIsNotJoined) {
         write("changed.json", changed.dump());
         const std::string path = place.to_string();
         const std::string name = path.substr(1, path.find('/', 1) - 1);
-        // Of `part` other members may come first that must be equal in all parts.
+        // Other members of `part` may come first that must be equal in all parts.
         refuses("join changed.json 2.json",
                 name == "part" ? ".json: " : "changed.json: '" + name + "'");
       }

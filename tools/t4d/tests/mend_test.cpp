@@ -172,7 +172,7 @@ TEST_F(Program, MendingKeepsAttributes) {
     for (const char* mark : marks) EXPECT_THAT(after, testing::HasSubstr(mark));
   }
   EXPECT_EQ(run("info by.t4d --json").value()["details"].contains("materials"), false);
-  // What a format has no room for is lost.
+  // Attributes that a format has no room for are lost.
   const Finished lost = run("mend open.obj -o mended.stl");
   EXPECT_EQ(lost.exitCode, 3);
   EXPECT_THAT(lost.err,

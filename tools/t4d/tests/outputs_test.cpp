@@ -8,7 +8,7 @@
 
 #include "tools/t4d/tests/program.h"
 
-/// What is never written over, and outputs that cannot be written.
+/// Files that are never overwritten, and outputs that cannot be written.
 namespace t4d::tools {
 namespace {
 
@@ -79,7 +79,7 @@ TEST_F(Program, FilesOfOthersInAnOutputFolderAreNeverTouched) {
         EXPECT_EQ(contents(into / name), "mine");
       }
     }
-    // In a folder that was written before, too.
+    // The same holds in a folder that was written before.
     fs::remove(folder_ / folder / name);
     fs::create_directories((folder_ / folder / name).parent_path());
     fs::create_symlink(folder_ / "mine", folder_ / folder / name);
@@ -99,7 +99,7 @@ TEST_F(Program, ASiteKeepsFilesThatItsPageDoesNotList) {
   EXPECT_EQ(contents(folder_ / "site/torus.t4d"), "mine");
   fs::remove(folder_ / "site/torus.t4d");
   EXPECT_EQ(run("view cube.t4d torus.t4d -o site").exitCode, 0);
-  // What the page lists is replaced.
+  // Files that the page lists are replaced.
   ASSERT_EQ(run("sweep fx/torus.obj -m fx/rest.json --steps 2 --caps cone -o torus.t4d").exitCode,
             0);
   EXPECT_EQ(run("view torus.t4d cube.t4d -o site").exitCode, 0);

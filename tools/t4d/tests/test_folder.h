@@ -24,7 +24,7 @@ inline void copyFixtures(const fs::path& folder) {
   fs::copy(T4D_FIXTURES, folder, fs::copy_options::recursive);
 }
 
-/// How the program ended, and its output.
+/// The end of the program, and its output.
 struct Finished {
   int exitCode = -1;  ///< -signal if it was killed
   std::string out;

@@ -23,7 +23,7 @@ TEST_F(Program, TracksWriteTablesGraphsAndAPicture) {
   EXPECT_NEAR(track["samples"][1]["speed"], 1, 1e-12);
   EXPECT_NEAR(track["samples"][1]["volume"], 8000, 1e-6);
   EXPECT_TRUE(report["events"].empty());
-  // At all layers.
+  // By default samples are at all layers.
   EXPECT_EQ(run("track cube.t4d --json").value()["tracks"][0]["samples"].size(), 65U);
   EXPECT_THAT(run("track cube.t4d").out, HasSubstr("mesh"));
 

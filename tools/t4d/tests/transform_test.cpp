@@ -8,7 +8,7 @@
 namespace t4d::tools {
 namespace {
 
-/// Also of several bodies, and what a transformed mesh encloses.
+/// Transforms one or several bodies, and checks what a transformed mesh encloses.
 TEST_F(Program, TransformsKeepWhatAMeshIs) {
   ASSERT_EQ(run(kPaper).exitCode, 0);
   const double hypervolume = run("validate cube.t4d --json").value()["hypervolume"];

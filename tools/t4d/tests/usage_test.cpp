@@ -76,7 +76,7 @@ TEST_F(Program, SaysWhatToDoWithAFileOfAnotherKind) {
   ASSERT_EQ(run("slice cube.t4d --time 0 -o slice.vtp").exitCode, 0);
   refuses("info slice.vtp", "it is a triangle mesh; sweep it first");
   refuses("convert slice.vtp out.t4d", "is not a 4D mesh in a known format");
-  // What begins as a .t4d is one, whatever its name.
+  // A file that begins as a .t4d is one, whatever its name.
   write("cube.dat", bytes);
   EXPECT_EQ(run("convert cube.dat out.off --accept-loss").exitCode, 0);
   // A damaged mesh is not mistaken for another format.

@@ -11,7 +11,7 @@ using testing::HasSubstr;
 using testing::Not;
 
 TEST_F(Program, NamesBeginNoLinesOfTheirOwn) {
-  // As a message of the program would, and as one that erases the line before it.
+  // The name begins a line as a message of the program would, and erases the line before it.
   const std::string name = "a\nt4d: done\x1b[2K.obj";
   const std::string shown = "a\\nt4d: done\\x1b[2K.obj";
   fs::copy(folder_ / "fx" / "cube.obj", folder_ / name);
