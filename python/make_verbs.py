@@ -45,7 +45,7 @@ SCALARS = {"string": "str", "integer": "int", "number": "float", "boolean": "boo
 # Prints the report of the verb whose reports it joins.
 ANY_REPORT = {"join"}
 MOST_PARTS = {"type": "integer", "description": "With --most-parts, which prints this alone."}
-# Of a report: methods of a dictionary, and what the verb made.
+# Names that members of a report cannot have: methods of a dictionary, and the made mesh.
 TAKEN = {*dir(dict), "mesh"}
 
 
@@ -119,7 +119,7 @@ class Reports:
 
 
 def in_quotes(text):
-    """As the text of a docstring."""
+    """The text as that of a docstring."""
     return text.rstrip().replace("\\", "\\\\").replace('"""', "'''")
 
 
@@ -167,7 +167,7 @@ def function(verb, help_text, reports):
 
 
 def open_function(verb, help_text):
-    """Of a verb with others below it."""
+    """The function of a verb with others below it."""
     name = verb["name"]
     return [
         f"def {name}(*files: File, **options: Any) -> Any:",

@@ -51,9 +51,9 @@ py::dict viewsOf(std::span<const model::Attribute> attributes, model::Domain dom
 model::Attribute attributeOf(const std::string& name, model::Domain domain, const py::array& array,
                              std::size_t rows);
 
-/// From (n, 3) finite numbers.
+/// Points from (n, 3) finite numbers.
 std::vector<model::Point3> pointsOf(const py::array& array, const std::string& what);
-/// From (n, 3) whole numbers that are not negative.
+/// Triangles from (n, 3) whole numbers that are not negative.
 std::vector<model::Triangle> trianglesOf(const py::array& array, std::size_t vertexCount);
 
 }  // namespace t4d::python

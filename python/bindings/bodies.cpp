@@ -303,7 +303,7 @@ void defineBodies(py::module_& module) {
       .def("slab_span",
            [](const Body& body, std::size_t index) {
              const model::TimeSpan span = body.source->timeSpan(index);
-             // Of a part that cannot be read, this is the time of the whole part.
+             // This is the time of the whole part if the part cannot be read.
              if (!model::slabGroupsOf(*body.source).empty() && !body.source->cellCount(index)) {
                valueOf(body.source->slab(index));
              }

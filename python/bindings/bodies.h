@@ -31,7 +31,7 @@ struct Body {
   const slice::LightSlicer& lightSlicer(slice::WithMotion withMotion) const;
 
  private:
-  // Without and with motion.
+  // There are two slicers of each kind: without and with motion.
   mutable std::mutex mutex_;
   mutable std::array<std::unique_ptr<slice::TimeSlicer>, 2> slicers_;
   mutable std::array<std::unique_ptr<slice::LightSlicer>, 2> lightSlicers_;

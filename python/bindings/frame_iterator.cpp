@@ -9,7 +9,7 @@
 namespace t4d::python {
 namespace {
 
-/// Of an array in the byte order of this machine; none for other types.
+/// The type of an array in the byte order of this machine; none for other types.
 std::optional<voxel4d::SampleType> sampleTypeOf(const py::dtype& type) {
   using voxel4d::SampleType;
   const std::vector<std::pair<py::dtype, SampleType>> types = {

@@ -26,7 +26,7 @@ class FrameIterator : public voxel4d::FrameSource {
   std::size_t frameCount() const override { return times_.size(); }
   Result<voxel4d::Frame> frame(std::size_t index) override;
 
-  /// What the iterator raised, if it did.
+  /// The exception of the iterator, if it raised one.
   std::optional<py::error_already_set> raised;
 
  private:

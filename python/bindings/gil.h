@@ -34,7 +34,7 @@ class Work {
 
 /// Calls `use`, which asks for the GIL or runs Python code. Python before 3.14 ends a thread that
 /// asks for the GIL too late by unwinding its stack; through functions of the library, which must
-/// not throw, that would abort the process. Here such a thread sleeps, as it does in Python 3.14.
+/// not throw, that would abort the process. Such a thread sleeps here, as it does in Python 3.14.
 /// The thread that ends the interpreter is never one of them.
 template <class Use>
 auto inPython(Use use) {

@@ -26,7 +26,7 @@ py::array_t<double> matrixOf(const model::Pose& pose) {
 
 }  // namespace
 
-// Without pybind11/eigen.h, whose copies of arrays need pybind11 2.12 where numpy is 2.
+// This avoids pybind11/eigen.h, whose copies of arrays need pybind11 2.12 where numpy is 2.
 
 void defineMotions(py::module_& module) {
   using model::Motion;

@@ -7,13 +7,13 @@
 
 namespace t4d::python {
 
-/// What makes a 4D mesh: each run puts its slabs into a sink, in time order.
+/// The maker of a 4D mesh: each run puts its slabs into a sink, in time order.
 struct Producer {
   std::function<Result<void>(model::Sink& sink, const model::Progress& progress)> run;
   /// Frames of an iterator come once; everything else can be run again.
   bool once = false;
   bool used = false;
-  /// What Python code raised in the run, which then fails.
+  /// The exception of Python code in the run, which then fails.
   std::optional<py::error_already_set> raised = {};
 };
 

@@ -50,7 +50,7 @@ class Watch {
  private:
   bool goesOn() const { return !stop_ && !work_.mustStop(); }
 
-  /// Whether to go on. Call it without the GIL.
+  /// Whether the work shall go on. Call it without the GIL.
   bool report(double fraction) {
     if (!goesOn() || !isDue(fraction >= 1)) return goesOn();
     const Locked locked;

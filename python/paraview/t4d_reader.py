@@ -56,7 +56,7 @@ def points_of(positions):
 
 
 def cells_of(corners):
-    """Of (n, k) indices: n cells with k corners each."""
+    """The cells of (n, k) indices: n cells with k corners each."""
     cells = vtkCellArray()
     cells.SetData(corners.shape[1], numpy_to_vtk(corners.astype(np.int64, copy=False).ravel(), deep=True))
     return cells
@@ -136,7 +136,7 @@ def add_texts(data, texts):
 
 
 def read(path_or_url):
-    """By t4d, which is imported no earlier, so that its absence can be explained."""
+    """The mesh by t4d, which is imported no earlier, so that its absence can be explained."""
     try:
         import t4d
     except ImportError as error:
@@ -191,7 +191,7 @@ class Reader(VTKPythonAlgorithmBase):
             self.Modified()
 
     def SetFileName(self, path_or_url):
-        """Of a .t4d file; a URL begins with http:// or https://."""
+        """Sets the name of a .t4d file; a URL begins with http:// or https://."""
         if path_or_url != self._file:
             self._mesh = None
             self._said.clear()
@@ -205,19 +205,19 @@ class Reader(VTKPythonAlgorithmBase):
         self._set("_slice_by", what)
 
     def SetValue(self, value):
-        """Of x, y or z, or of the hyperplane's equation."""
+        """Sets the value of x, y or z, or of the hyperplane's equation."""
         self._set("_value", value)
 
     def SetNormal(self, a, b, c, d):
-        """Of the hyperplane a x + b y + c z + d t = value."""
+        """Sets the normal of the hyperplane a x + b y + c z + d t = value."""
         self._set("_normal", (a, b, c, d))
 
     def SetLight(self, light):
-        """Whether slices at a time are light."""
+        """Sets whether slices at a time are light."""
         self._set("_light", bool(light))
 
     def SetVelocity(self, velocity):
-        """Whether slices at a time have the attribute `velocity`."""
+        """Sets whether slices at a time have the attribute `velocity`."""
         self._set("_velocity", bool(velocity))
 
     def GetBodies(self):
@@ -269,7 +269,7 @@ class Reader(VTKPythonAlgorithmBase):
             self._warn_if_outside(time, bodies, output)
 
     def _time(self, information, bodies):
-        """What is asked for, or else the first; None if what is shown has no time."""
+        """The requested time, or else the first; None if the output has no time."""
         if self._slice_by != "time" or not bodies:
             return None
         if information.Has(PIPELINE.UPDATE_TIME_STEP()):

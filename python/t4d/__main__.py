@@ -52,8 +52,8 @@ Options = Dict[str, List[Given]]
 
 
 def split(words: Sequence[str]) -> Tuple[List[str], Options]:
-    """Inputs and options of the words after weave. How many values an option takes is told by the program's
-    description."""
+    """Inputs and options of the words after weave. The program's description tells how many values an option
+    takes."""
     known: Dict[str, Dict[str, Any]] = {name: {"value": "TEXT", "repeats": False} for name in _DOOR}
     known.update(options_of("weave"))
     inputs: List[str] = []
@@ -94,7 +94,7 @@ def _velocity_files(options: Options) -> List[str]:
 
 
 def _parameters(options: Options) -> Dict[str, Any]:
-    """Of open_frames. Raises ValueError for what is no number."""
+    """The parameters of open_frames. Raises ValueError for what is no number."""
     given = {name: ",".join(options[name][0].values) for name in _DOOR if name in options}
     parameters: Dict[str, Any] = dict(given)
     for name, text in given.items():
@@ -193,7 +193,7 @@ def _part(said: str, frames: int) -> Optional[Tuple[int, int]]:
 
 
 class Ended(BaseException):
-    """By a signal."""
+    """The program was ended by a signal."""
 
     def __init__(self, number: int) -> None:
         super().__init__(number)
@@ -316,7 +316,7 @@ def _on_meshes(words: List[str]) -> int:
 
 
 def _help(verb: str) -> int:
-    """Of the program, and what the door adds."""
+    """Prints the help of the program, and what this module adds."""
     code = subprocess.run([program(), verb, "--help"], check=False).returncode
     also = ", ".join(readers.known()) if verb == "weave" else f"{', '.join(scenes.EXTENSIONS)}, as t4d-blender does"
     print(f"\npython3 -m t4d {verb} also reads {also}")

@@ -8,7 +8,7 @@ from typing import Callable, Dict, List, Optional, Sequence
 from t4d.errors import Error
 from t4d.recorded_body import RecordedBody
 
-# Of the longest side: how thick sheets become.
+# The thickness that sheets get, as a part of the longest side.
 _THICKNESS = 1 / 200
 _ORDER = ("--mend", "--thicken", "--bodies", "--caps")
 _CONES = {"--caps": "cone"}

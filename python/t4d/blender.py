@@ -25,7 +25,7 @@ _MESHES = (".ply", ".vtp", ".obj", ".stl", ".off", ".glb", ".gltf", ".usda", ".u
 
 
 class _Problem(Exception):
-    """What cannot be done, and the exit code."""
+    """The reason why something cannot be done, and the exit code."""
 
     def __init__(self, message: str, code: int) -> None:
         super().__init__(message)
@@ -84,7 +84,7 @@ def _arguments() -> argparse.ArgumentParser:
 
 
 def _check(options: argparse.Namespace, words: Sequence[str]) -> None:
-    """What would be found wrong only after the scene is read."""
+    """Checks what would be found wrong only after the scene is read."""
     extension = scenes.extension_of(options.output)
     if extension not in (".t4d", *_MESHES):
         raise _Problem(f"--output: {options.output}: expected a name that ends in .t4d, or for a triangle mesh of the "
@@ -138,7 +138,7 @@ def _save_still(options: argparse.Namespace, say: Callable[[str], None]) -> reco
 
 
 def _text_of(report: Dict[str, Any]) -> str:
-    """For people."""
+    """The report as text for people."""
     count = len(report["bodies"])
     if "fps" in report:
         first = f"{count} {'body' if count == 1 else 'bodies'}, {report['fps']:g} frames per second"

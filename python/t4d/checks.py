@@ -103,7 +103,7 @@ def function(option: str, value: Any) -> Any:
 
 
 def array(what: str, values: ArrayLike) -> NDArray[Any]:
-    """As an array of real numbers: what a mask hides, or an imaginary part, is not dropped."""
+    """An array of real numbers: what a mask hides, or an imaginary part, is not dropped."""
     parts = values if isinstance(values, (list, tuple)) else [values]
     if any(isinstance(part, np.ma.MaskedArray) and np.any(part.mask) for part in parts):
         raise TypeError(f"{what}: the array is masked; fill in the masked values, or leave them out")
@@ -119,7 +119,7 @@ def array(what: str, values: ArrayLike) -> NDArray[Any]:
 
 
 def indices(what: str, values: ArrayLike) -> NDArray[Any]:
-    """As an array of whole numbers: floats and objects are not converted, even if they are whole."""
+    """An array of whole numbers: floats and objects are not converted, even if they are whole."""
     found = np.asarray(values)
     if found.dtype.kind in "bfO":
         raise TypeError(
@@ -134,7 +134,7 @@ def counted(count: int, what: str) -> str:
 
 
 def path_text(path: Path) -> str:
-    """With bytes that are not UTF-8 as Python keeps them in names of files."""
+    """The path with bytes that are not UTF-8 as Python keeps them in names of files."""
     name = os.fsdecode(path)
     if "\0" in name:
         raise ValueError(f"the path {name!r} has a null character")

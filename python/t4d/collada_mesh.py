@@ -13,7 +13,7 @@ from t4d.errors import InvalidInput, Unsupported
 from t4d.polygons import triangulate
 
 
-# By the axis that is up, what becomes x, y and z if z is.
+# The axes that become x, y and z with z up, by the axis that is up.
 _UPRIGHT = {
     "X_UP": np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]]), "Y_UP": np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]]),
     "Z_UP": np.eye(3),

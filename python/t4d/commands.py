@@ -161,12 +161,12 @@ def words_of(verb: str, options: Dict[str, Any]) -> List[str]:
             continue
         several = option["repeats"] and not _is_one(value)
         texts = [_text(item) for item in value] if several else [_text(value)]
-        # With "=", a value may begin with a minus.
+        # Values after "=" may begin with a minus.
         words += [f"{word}={text}" if word[1] == "-" else word + text for text in texts]
     return words
 
 
-# What temporary files hold without rounding.
+# The formats of temporary files, which hold meshes without rounding.
 _EXTENSIONS = {Mesh: ".t4d", TriangleMesh: ".ply"}
 
 
@@ -178,7 +178,7 @@ def _saved(mesh: Union[Mesh, TriangleMesh], folder: Path) -> str:
 
 
 def _names(files: Iterable[Any], folder: Path) -> List[str]:
-    """Of files, of meshes that are saved in the folder, and of lists of both. A name that begins
+    """The names of files, of meshes saved in the folder, and of lists of both. A name that begins
     with a minus would be an option; "-" alone is the standard input."""
     names: List[str] = []
     for file in files:
@@ -299,7 +299,7 @@ def _door() -> Tuple[List[str], Dict[str, str]]:
 
 
 def _limit_memory(pid: int, limit: int) -> None:
-    """Where the system can do that to a process that runs."""
+    """Limits the memory of a running process, where the system can do that."""
     import resource
 
     if hasattr(resource, "prlimit"):

@@ -38,7 +38,7 @@ def animation_of(words: Sequence[str]) -> List[str]:
 
 
 def convert(words: Sequence[str], folder: Path) -> Converted:
-    """The words, a verb and what follows, with meshes in the folder. Raises Error."""
+    """Converts the meshes of a verb and its words to files in the folder. Raises Error."""
     made = Converted(list(words), {}, [], [])
     for at, option in enumerate(_options(words)):
         name, home = words[at][len(option or "") :], folder / str(at)
@@ -79,6 +79,6 @@ def _options(words: Sequence[str]) -> Iterator[Optional[str]]:
 
 
 def _values(words: Sequence[str], option: str) -> List[str]:
-    """What an option is given as."""
+    """The values given for an option."""
     apart = [word for before, word in zip(words, words[1:]) if before == option]
     return [*apart, *(word[len(option) + 1 :] for word in words if word.startswith(f"{option}="))]

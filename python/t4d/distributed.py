@@ -111,7 +111,7 @@ def _write(path: Path, value: Any) -> None:
 
 @functools.lru_cache(maxsize=1)
 def _version() -> Tuple[str, str]:
-    """Of the module and of the program."""
+    """The versions of the module and of the program."""
     return t4d.__version__, commands.run("version")["version"]
 
 
@@ -144,7 +144,7 @@ def _place(job: Dict[str, Any], number: int) -> Path:
 
 
 def _manifest(place: Path) -> Path:
-    """Of a part by itself."""
+    """The manifest of a part by itself."""
     return place.with_suffix(".t4dm")
 
 
@@ -242,7 +242,7 @@ def _most_parts(job: Dict[str, Any]) -> int:
 
 
 def _seconds_of_one(job: Dict[str, Any], most: int) -> float:
-    """How long the smallest part in the middle takes."""
+    """The seconds that the smallest part in the middle takes."""
     with _scratch(job) as folder:
         words = [*job["words"], f"--part={(most + 1) // 2}/{most}"]
         if job["verb"] not in REPORTS:

@@ -1,4 +1,4 @@
-"""What goes wrong, as exceptions that say where and why."""
+"""Errors as exceptions that say where and why."""
 
 from __future__ import annotations
 

@@ -26,8 +26,8 @@ _count_reference.argtypes, _count_reference.restype = [ctypes.py_object], None
 
 
 def _kept(found: _T) -> _T:
-    """What ufbx hands out. Up to version 0.0.8 it counts one reference too few to the elements of a scene, and to lists
-    of which arrays are made: with one more, they live as long as the scene."""
+    """Keeps what ufbx hands out. Up to version 0.0.8 it counts one reference too few to the elements of a scene, and to
+    lists of which arrays are made: with one more, they live as long as the scene."""
     _count_reference(found)
     return found
 

@@ -226,7 +226,7 @@ def _volumes(source: Any, choice: Choice) -> List[Volume]:
 
 
 def _type_of(volumes: Sequence[Volume]) -> np.dtype[Any]:
-    """Of samples as they are given: float16 as float32, and other floats as float64; in the machine's order."""
+    """The type of samples as given: float16 as float32, and other floats as float64; in the machine's order."""
     kind = np.result_type(*(volume.kind for volume in volumes))
     if kind.kind not in "biuf":
         raise Unsupported(f"has samples of type {kind}; expected real numbers", volumes[0].where)

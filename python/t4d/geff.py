@@ -52,7 +52,7 @@ def _tracklets(edges: NDArray[np.uint64], count: int) -> NDArray[np.int64]:
 
 
 def _properties(found: "Tracks") -> Tuple[Dict[str, NDArray[Any]], Dict[str, NDArray[np.bool_]]]:
-    """Of nodes: values, and which are missing."""
+    """The properties of nodes: values, and which are missing."""
     order = np.lexsort((found.samples["time"], found.samples["track"]))
     samples = {name: column[order] for name, column in found.samples.items()}
     values = {"t": samples["time"], **{axis: samples[axis] for axis in "zyx"}, "track": samples["track"]}
@@ -85,7 +85,7 @@ def _metadata(found: "Tracks", values: Dict[str, NDArray[Any]]) -> Dict[str, Any
 
 
 def save(found: "Tracks", path: str) -> None:
-    """See ``Tracks.save_geff``. The group appears whole or not at all."""
+    """Saves tracks (see ``Tracks.save_geff``). The group appears whole or not at all."""
     zarr = library("zarr", "zarr", path, "GEFF")
     if os.path.lexists(path):
         raise FileError("exists already; name a new one", path)

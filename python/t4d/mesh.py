@@ -82,12 +82,12 @@ class Slab(Unchanging):
 
     @property
     def vertex_attributes(self) -> Dict[str, NDArray[Any]]:
-        """By name, (n,) or (n, components)."""
+        """Attributes of vertices by name, (n,) or (n, components)."""
         return self._slab.vertex_attributes
 
     @property
     def cell_attributes(self) -> Dict[str, NDArray[Any]]:
-        """By name, (m,) or (m, components)."""
+        """Attributes of cells by name, (m,) or (m, components)."""
         return self._slab.cell_attributes
 
     @property
@@ -150,7 +150,7 @@ class Mesh(Unchanging):
 
     @property
     def names(self) -> List[str]:
-        """Of the bodies."""
+        """The names of the bodies."""
         return [body.name for body in self._bodies] if self._bodies else [self._name]
 
     def __len__(self) -> int:
@@ -217,17 +217,17 @@ class Mesh(Unchanging):
 
     @property
     def version(self) -> str:
-        """Of the format, if the mesh is in a file; else ""."""
+        """The version of the format, if the mesh is in a file; else ""."""
         return self._bodies[0].version if self._bodies else ""
 
     @property
     def features(self) -> List[str]:
-        """What a reader of the file must support."""
+        """The features that a reader of the file must support."""
         return self._bodies[0].features if self._bodies else []
 
     @property
     def time_span(self) -> Tuple[float, float]:
-        """From the first time of any body to the last."""
+        """The first time of any body and the last one."""
         self.load()
         spans = [body.time_span for body in self._bodies]
         return min(begin for begin, _ in spans), max(end for _, end in spans)
@@ -238,7 +238,7 @@ class Mesh(Unchanging):
 
     @property
     def layer_times(self) -> NDArray[np.float64]:
-        """When the slabs of the bodies begin and end, in order, each time once. In a file with an index,
+        """The times at which slabs begin and end, in order, each time once. In a file with an index,
         no slab is read for it."""
         self.load()
         spans = [body.slab_span(i) for body in self._bodies for i in range(body.slab_count)]
@@ -626,7 +626,7 @@ def sweep(
 
 
 def _max_speed(velocity: bool, given: Optional[SupportsFloat]) -> Optional[float]:
-    """None without velocities."""
+    """The largest speed; None without velocities."""
     if not checks.flag("velocity", velocity):
         if given is not None:
             raise TypeError("max_speed needs velocity=True")
@@ -635,7 +635,7 @@ def _max_speed(velocity: bool, given: Optional[SupportsFloat]) -> Optional[float
 
 
 def _is_array(frames: Any) -> bool:
-    """Of numpy, or an array like it whose parts are read when they are asked for."""
+    """Whether it is an array of numpy, or like it, whose parts are read when they are asked for."""
     return hasattr(frames, "shape") and hasattr(frames, "__getitem__")
 
 
@@ -690,7 +690,7 @@ def _place(
 
 
 def _units(units: Any, length_unit: str, time_unit: str) -> Tuple[str, str]:
-    """Of length and of time."""
+    """The units of length and of time."""
     if units is not None and (length_unit or time_unit):
         raise TypeError("units takes the place of length_unit and time_unit")
     found: Tuple[Any, ...] = length_unit, time_unit
@@ -706,7 +706,7 @@ def _label(label: SupportsIndex) -> int:
 
 
 def _affine_of(frames: Frames, spacing: Any, origin: Numbers) -> NDArray[np.float64]:
-    """That of frames, with the edges of voxels and the origin that are given instead."""
+    """The affine map of frames, with the edges of voxels and the origin that are given instead."""
     place = np.eye(4) if frames.affine is None else frames.affine.copy()
     if np.ndim(spacing) != 0 or spacing != 1:
         place[:3, :3] *= np.linalg.norm(_place(spacing, (0, 0, 0), None)[:, :3], axis=0) / np.linalg.norm(

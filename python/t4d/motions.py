@@ -25,7 +25,7 @@ class Motion(Unchanging):
     _motion: _t4d.Motion
 
     def __init__(self, given: MotionLike) -> None:
-        """From the members of a motion file as a dictionary (docs/motion.md), or from a file: .json,
+        """Takes the members of a motion file as a dictionary (docs/motion.md), or a file: .json,
         or a table of poses (.csv, .tsv, .txt). Warns of poses that are half a turn apart, which do
         not tell the direction of the turn."""
         if isinstance(given, Motion):
@@ -124,7 +124,7 @@ def _doubles(what: str, values: ArrayLike) -> NDArray[np.float64]:
 
 
 def plain(given: Any, place: str) -> Any:
-    """For JSON: numbers and arrays of numpy, and other mappings and sequences, become Python's."""
+    """The value for JSON: numbers and arrays of numpy, and other mappings and sequences, become Python's."""
     if isinstance(given, (np.generic, np.ndarray)):
         given = checks.array(place, given).tolist()
     if isinstance(given, Mapping):

@@ -159,7 +159,7 @@ def _text(numbers: NDArray[np.float64]) -> str:
 
 
 def _roll_pitch_yaw(turn: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Of a rotation, as URDF has it: about x, then y, then z, which stand."""
+    """The angles of a rotation, as URDF has it: about x, then y, then z, which stand."""
     flat = np.hypot(turn[0, 0], turn[1, 0])
     if flat < 1e-9:  # x is along z: yaw is free
         return np.array([np.arctan2(-turn[1, 2], turn[1, 1]), np.arctan2(-turn[2, 0], flat), 0.0])

@@ -7,7 +7,8 @@ from typing import Any, List, Tuple
 import numpy as np
 from numpy.typing import NDArray
 
-# Of the area of a quad: with a smaller triangle, the other diagonal is taken. Rounding leaves less of none.
+# The smallest part of a quad: with a smaller triangle, the other diagonal is taken. Rounding leaves
+# less of none.
 _LEAST = 1e-5
 
 

@@ -32,7 +32,7 @@ class Recorded(NamedTuple):
 
 
 class NoSolids(VerbError):
-    """Of a recording nothing can be made, at least not without the options of the advice."""
+    """Nothing can be made of a recording, at least not without the options of the advice."""
 
     def __init__(self, message: str, exit_code: int, advice: str) -> None:
         super().__init__(message, "sweep", exit_code)
@@ -93,7 +93,7 @@ def save(
 
 
 def lines_of(report: Dict[str, Any]) -> List[str]:
-    """What was made of each body, a line for each."""
+    """The results for each body, a line for each."""
     lines = []
     for body in report["bodies"]:
         far = body["distance"]

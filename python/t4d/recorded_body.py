@@ -22,9 +22,9 @@ from t4d.motions import _quaternion
 from t4d.still import merged, whole
 from t4d.triangles import TriangleMesh
 
-# Without --voxel-size: of the longest side of a body whose faces change.
+# Voxels along the longest side of a body whose faces change, without --voxel-size.
 _VOXELS = 100
-# Of its size: vertices that are one move together up to float32.
+# Vertices within this part of the body's size are one: they move together up to float32.
 _TOGETHER = 1e-5
 
 
@@ -42,7 +42,7 @@ class RecordedBody:
     def __init__(
         self, folder: Path, place: Path, scene: Dict[str, Any], body: Dict[str, Any], words: Sequence[str]
     ) -> None:
-        """Of a recording in a folder. The words are options of sweep; some need keys where poses would do."""
+        """A body of a recording. The words are options of sweep; some need keys where poses would do."""
         self._folder, self._place, self._body = folder, place, body
         self._scene, self._keys, self._metres = scene, body["keys"], float(scene["metres"])
         self._words = list(words)
@@ -54,11 +54,11 @@ class RecordedBody:
         self._merged: Optional[Tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any]]] = None
 
     def with_words(self, words: Sequence[str]) -> RecordedBody:
-        """The same, with other options."""
+        """The same body with other options."""
         return RecordedBody(self._folder, self._place, self._scene, self._body, words)
 
     def made(self, voxel_size: Optional[float]) -> Made:
-        """Raises Error if it is no solid. In memory; with options, by the program."""
+        """The mesh, from memory or, with options, from the program. Raises Error if it is no solid."""
         if len(self._keys) < 2:
             raise InvalidInput(f"it is visible at frame {self._keys[0]['frame']:g} alone; a motion has at least 2")
         self._place.mkdir(exist_ok=True)
@@ -117,7 +117,7 @@ class RecordedBody:
         return ""
 
     def size(self) -> float:
-        """Of the longest side at the first key, in metres."""
+        """The longest side at the first key, in metres."""
         return float(np.ptp(self._positions(self._keys[0]), axis=0).max())
 
     def distance(self) -> Dict[str, Any]:
@@ -160,7 +160,7 @@ class RecordedBody:
         return together
 
     def _solid(self) -> TriangleMesh:
-        """At the first key."""
+        """The solid at the first key."""
         vertices = self._positions(self._keys[0])
         assert self._merged is not None
         found = self._attributes()
@@ -169,7 +169,7 @@ class RecordedBody:
         return TriangleMesh(vertices, triangles[left], {}, {name: values[left] for name, values in found.items()})
 
     def _attributes(self) -> Dict[str, NDArray[Any]]:
-        """Of the triangles of the first key, also of those that are dropped."""
+        """The attributes of the triangles of the first key, also of those that are dropped."""
         return {name: rows for name, rows in self._array(self._keys[0]["faces"]).items() if name != "triangles"}
 
     def _pose(self, key: Dict[str, Any]) -> Dict[str, Any]:

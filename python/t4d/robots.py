@@ -68,7 +68,7 @@ class _Solids:
         self._places: Dict[str, str] = {}
 
     def place_of(self, path: Path) -> str:
-        """Where the program finds what a file says."""
+        """The place where the program finds a file that the robot names."""
         name = str(path)
         if not scenes.is_scene(name) or not path.is_file():  # of what is missing, the program says so
             return name
@@ -103,7 +103,7 @@ def _urdf(text: str, geometry: str, solids: _Solids, packages: Dict[str, Path]) 
 
 
 def _path_of(name: str, home: Path, packages: Dict[str, Path]) -> Optional[Path]:
-    """As the program finds it (formats/motion/package_path.h). None if it does not."""
+    """The path that the program finds (formats/motion/package_path.h). None if it finds none."""
     if name.startswith("file://"):
         return Path(name[len("file://") :])
     if not name.startswith("package://"):
@@ -134,7 +134,7 @@ def _is_package(folder: Path, name: str) -> bool:
 
 
 def _mechanism(text: str, solids: _Solids) -> str:
-    """The mechanism with the places of all files. What is in metres says so."""
+    """The mechanism with the places of all files. Those in metres say so."""
     try:
         whole = json.loads(text)
         bodies = [body for body in whole.get("bodies", []) if isinstance(body, dict)]

@@ -23,9 +23,10 @@ from t4d.errors import Failed, FileError, InvalidInput, Unsupported
 _RECORD = ("import importlib, json, sys; place, module, request = sys.argv[sys.argv.index('--') + 1:]; "
            "sys.path.insert(0, place); importlib.import_module(module).record_file(json.loads(request))")  # fmt: skip
 _USD = (".usd", ".usda", ".usdc", ".usdz")
-# By extension, the library that evaluates a file as its format says, its name on PyPI, and the module that asks it.
+# For each extension, the library that evaluates a file as its format says, its name on PyPI, and
+# the module that asks it.
 _LIBRARIES = {".fbx": ("ufbx", "ufbx", "t4d.fbx_scene"), **dict.fromkeys(_USD, ("pxr", "usd-core", "t4d.usd_scene"))}
-# Of files that nothing else reads.
+# Extensions of files that nothing else reads.
 EXTENSIONS = (".abc", ".blend", ".dae", ".fbx", *_USD)
 
 

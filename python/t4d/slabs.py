@@ -13,7 +13,7 @@ from t4d.errors import Failed
 
 
 class SlabStream(Iterator[_t4d.Slab]):
-    """What a producer makes, in time order. Its thread keeps one slab ready, and ends when the
+    """Slabs of a producer, in time order. Its thread keeps one slab ready, and ends when the
     stream is no longer used or Python ends."""
 
     def __init__(self, producer: _t4d.Producer) -> None:
@@ -22,7 +22,7 @@ class SlabStream(Iterator[_t4d.Slab]):
         self._wanted: queue.SimpleQueue[bool] = queue.SimpleQueue()
         self._ended = False
         producer.use()
-        # What the thread has must not keep the stream alive.
+        # The thread must not keep the stream alive.
         self._thread = threading.Thread(
             target=_make, args=(producer, self._made, self._wanted), name="t4d-slabs", daemon=True
         )

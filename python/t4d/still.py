@@ -46,7 +46,7 @@ def merged(vertices: NDArray[Any]) -> Tuple[NDArray[np.int64], NDArray[np.int64]
 
 
 def whole(triangles: NDArray[Any]) -> NDArray[np.bool_]:
-    """Those of three different corners."""
+    """Whether triangles have three different corners."""
     found: NDArray[np.bool_] = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
     return found
 

@@ -53,7 +53,7 @@ def write_stream(frames: Frames, file: IO[bytes], part: Optional[Tuple[int, int]
 
 
 def _write_npy(array: NDArray[Any], file: IO[bytes], fortran: bool) -> None:
-    """In one order for all frames; without a copy of samples that are in memory in this order."""
+    """Writes samples in one order for all frames; without a copy of samples that are in memory in this order."""
     dense: Any = np.asfortranarray(array) if fortran else np.ascontiguousarray(array)
     npy: Any = np.lib.format
     begin = io.BytesIO()

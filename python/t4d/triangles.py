@@ -53,12 +53,12 @@ class TriangleMesh:
 
     @property
     def vertex_attributes(self) -> Dict[str, NDArray[Any]]:
-        """By name, (n,) or (n, components)."""
+        """Attributes of vertices by name, (n,) or (n, components)."""
         return self._mesh.vertex_attributes
 
     @property
     def triangle_attributes(self) -> Dict[str, NDArray[Any]]:
-        """By name, (m,) or (m, components)."""
+        """Attributes of triangles by name, (m,) or (m, components)."""
         return self._mesh.triangle_attributes
 
     @property

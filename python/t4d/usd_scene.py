@@ -156,7 +156,7 @@ class File:
         return np.array(points), there
 
     def _faces_of(self, prim: Any, points: Any, time: Any) -> Optional[Tuple[str, bytes]]:
-        """None if there are none, or if they are invalid."""
+        """The faces; None if there are none, or if they are invalid."""
         mesh, path = self._geom.Mesh(prim), str(prim.GetPath())
         if path in self._lasting:
             return self._lasting[path]
@@ -218,7 +218,7 @@ class File:
     def _values(
         primvar: Any, triangles: NDArray[Any], polygons: NDArray[Any], corners: NDArray[Any], points: int, time: Any
     ) -> Optional[NDArray[Any]]:
-        """Of the corners of triangles (m, 3, ...); None if there are none, or not as many as there must be."""
+        """Values of triangle corners (m, 3, ...); None if there are none, or too few or too many."""
         found = primvar.ComputeFlattened(time) if primvar else None
         if not found:
             return None
@@ -281,5 +281,5 @@ def _matrix(found: Any) -> NDArray[np.float64]:
 
 
 def record_file(request: Dict[str, Any]) -> None:
-    """What t4d-blender asks of a process of its own."""
+    """Records a file in a process of its own, for t4d-blender."""
     recorder.record_file(request, File)

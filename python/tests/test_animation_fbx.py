@@ -95,7 +95,7 @@ def test_layers_add_or_take_the_place(tmp_path):
 
 
 def test_a_turning_box_is_rigid_in_every_unit_and_axis(tmp_path):
-    """Of y up, x y z is x -z y. Half frames are on the screw motions between the keys."""
+    """With y up, x y z becomes x -z y. Half frames are on the screw motions between the keys."""
     for up, metres, axis in (("z", 1, "d|Z"), ("y", 0.01, "d|Y")):
         scene = fbx_text.Scene(fps=30, up=up, metres=metres)
         parent = scene.model("Parent", **{"Lcl Translation": (3.0, 0.0, 0.0), "Lcl Scaling": (2.0, 2.0, 2.0)})
@@ -248,7 +248,7 @@ def test_sweep_of_the_module_is_the_same(tmp_path):
 
 
 def test_a_scene_at_rest_is_one_triangle_mesh_of_its_first_frame(tmp_path):
-    """Of y up in centimetres, x y z is x -z y in metres."""
+    """With y up in centimetres, x y z becomes x -z y in metres."""
     scene = fbx_text.Scene(up="y", metres=0.01)
     scene.cube("Low")
     scene.cube("High", **{"Lcl Translation": (0.0, 5.0, 0.0)})

@@ -61,7 +61,7 @@ def along_x(prim, last=12, distance=2):
 
 
 def test_a_turning_box_is_rigid_in_every_unit_axis_and_format(tmp_path):
-    """Of y up, x y z is x -z y."""
+    """With y up, x y z becomes x -z y."""
     for up, metres, extension in (("Z", 1, "usda"), ("Y", 0.01, "usdc"), ("Z", 1, "usdz"), ("Z", 1, "usd")):
         file = tmp_path / f"box-{extension}.{extension}"
         stage = new(tmp_path / "packed.usdc" if extension == "usdz" else file, up=up, metres=metres, fps=30)
@@ -270,7 +270,7 @@ def test_what_cannot_be_done_is_said_and_nothing_is_left(tmp_path):
 
 
 def test_a_stage_at_rest_is_one_triangle_mesh_in_metres_with_its_attributes(tmp_path):
-    """Of y up, x y z is x -z y. What has no colour is white."""
+    """With y up, x y z becomes x -z y. Solids without a colour are white."""
     for extension in ("usda", "usdc", "usdz"):
         file = tmp_path / f"still.{extension}"
         stage = new(tmp_path / "packed.usdc" if extension == "usdz" else file, up="Y", metres=0.1)

@@ -28,7 +28,7 @@ def labels():
 
 
 class Recorder:
-    """What has a shape and gives its parts, no more. Records what is asked of it, and how much of that
+    """It has a shape and gives its parts, no more. Records what is asked of it, and how much of that
     is still there."""
 
     def __init__(self, frames):
@@ -102,7 +102,7 @@ def test_a_frame_is_read_at_a_time(labels, tmp_path):
 
 
 def test_memory_is_that_of_two_frames(tmp_path):
-    """Of an array that is computed frame by frame, however many there are."""
+    """The array is computed frame by frame, however many frames there are."""
     script = (
         "import resource, sys, dask.array as da, numpy as np, t4d\n"
         "def frame(i):\n"

@@ -188,7 +188,7 @@ def test_what_no_worker_can_make_ends_the_run_and_a_second_takes_it_up(
 
 
 def test_parts_are_taken_up_if_what_they_were_made_of_is_the_same(frames, tmp_path):  # noqa: F811
-    """Of files by name, between commas, in folders, named by another file, and by URL."""
+    """Files are given by name, between commas, in folders, by another file, and by URL."""
     own = tmp_path / "in"
     own.mkdir()
     for name in ("a.npy", "b.npy", "c.pvd"):

@@ -274,7 +274,7 @@ def run(folder, script, wait=0.0):
     folder.mkdir()
     # Ten seconds are the promise; a busy machine has more.
     return subprocess.run(
-        # From Python 3.12 on a fork beside threads is warned of.
+        # Python 3.12 and later warn of a fork beside threads.
         [sys.executable, "-W", "ignore::DeprecationWarning", script, str(wait)], cwd=folder, timeout=60,
         stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False,
     )  # fmt: skip

@@ -72,7 +72,7 @@ def ball_by_itk(files, level=550):
 
 
 def woven(source):
-    """What is at each frame, at the level of half the ball."""
+    """Measures each frame, at the level of half the ball."""
     frames = t4d.open_frames(source)
     return t4d.weave(frames, iso=550).measure(frames.times)
 

@@ -329,7 +329,7 @@ def test_velocities_elsewhere_are_refused(tmp_path, array):
 
 
 def test_termination_is_that_of_the_program(tmp_path, array):
-    """By the same signal, and without a file."""
+    """The process ends by the same signal, and without a file."""
     solid = np.stack([np.repeat(np.repeat(np.repeat(ball(t), 12, 0), 12, 1), 12, 2) for t in range(4)])
     h5py = pytest.importorskip("h5py")
     with h5py.File(tmp_path / "large.h5", "w") as file:

@@ -36,7 +36,7 @@ NOISE = np.random.default_rng(5).integers(0, 200, SIZES).astype("uint8")
 
 
 def same(frames, array):
-    """As (t, z, y, x)."""
+    """Compares frames with an array (t, z, y, x)."""
     assert len(frames) == len(array)
     for mine, other in zip(frames, array):
         assert np.array_equal(mine.transpose(2, 1, 0), other, equal_nan=mine.dtype.kind == "f")
@@ -314,7 +314,7 @@ def test_no_scale_says_nothing(tmp_path):
 
 
 def put(*keys_and_value):
-    """What puts a value at the end of keys."""
+    """A function that puts a value at the end of keys."""
     *keys, last, value = keys_and_value
 
     def change(metadata):

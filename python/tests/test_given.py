@@ -1,4 +1,4 @@
-"""What is given is checked, and errors name it."""
+"""Arguments are checked, and errors name them."""
 
 import collections
 import copy

@@ -10,7 +10,7 @@ NOTEBOOKS = sorted((Path(__file__).parents[2] / "docs" / "notebooks").glob("*.ip
 
 
 def printed(notebook):
-    """What each cell prints; pictures are left out."""
+    """The text that each cell prints; pictures are left out."""
     return [
         "".join(output["text"] for output in cell.get("outputs", [])
                 if output.get("name") == "stdout")

@@ -27,7 +27,7 @@ import t4d_reader  # noqa: E402
 
 @pytest.fixture
 def said():
-    """What VTK shows its user."""
+    """The text that VTK shows its user."""
     window, before = vtkStringOutputWindow(), vtkOutputWindow.GetInstance()
     vtkOutputWindow.SetInstance(window)
     yield window.GetOutput
@@ -65,7 +65,7 @@ def reader_of(path, **properties):
 
 
 def blocks_of(reader, time=None):
-    """By name."""
+    """The blocks of the output, by name."""
     reader.Update() if time is None else reader.UpdateTimeStep(time)
     output = reader.GetOutputDataObject(0)
     return {
@@ -92,7 +92,7 @@ def assert_same_arrays(found, expected):
 
 
 def assert_is(block, mesh):
-    """All of a TriangleMesh, bit for bit."""
+    """Compares a block with a TriangleMesh, bit for bit."""
     assert np.array_equal(vtk_to_numpy(block.GetPoints().GetData()), mesh.vertices)
     polys = block.GetPolys()
     assert np.array_equal(vtk_to_numpy(polys.GetConnectivityArray()).reshape(-1, 3), mesh.triangles)
@@ -170,7 +170,7 @@ def test_every_file_of_the_corpus(said):
             corners = vtk_to_numpy(grid.GetCells().GetConnectivityArray()).reshape(-1, 4)
             assert np.array_equal(vertices, body.vertices)
             assert np.array_equal(corners[:, [0, 1, 3, 2]], body.cells)
-    # Of attribute-of-no-rows.t4d.
+    # The note is about attribute-of-no-rows.t4d.
     assert said().strip() == "t4d: the attribute 'none' is left out: not all parts of the 4D mesh have it"
 
 

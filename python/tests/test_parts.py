@@ -41,7 +41,7 @@ def parts_of(run, count):
 
 
 def joined(reports, folder):
-    """Of JSON reports, the text that `t4d join` prints."""
+    """The text that `t4d join` prints for JSON reports."""
     names = []
     for number, report in enumerate(reports):
         names.append(folder / f"p{number}.json")

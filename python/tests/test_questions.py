@@ -81,7 +81,7 @@ def test_mend_closes_an_open_cube(cube):
     report = t4d.mend(vertices / 3, triangles[:-2])
     assert report.mesh.closed and report.closed
     assert report.mesh.volume == pytest.approx(1 / 27)
-    # Without rounding, though a third has no end.
+    # Nothing is rounded, though a third has no end.
     assert {tuple(v) for v in report.mesh.vertices} == {tuple(v) for v in vertices / 3}
     again = t4d.mend(t4d.TriangleMesh(vertices / 3, triangles[:-2]))
     assert np.array_equal(again.mesh.vertices, report.mesh.vertices)

@@ -65,7 +65,7 @@ def test_triangles_are_where_nodes_and_the_unit_put_them(tmp_path):
 
 
 def test_a_mesh_of_its_own_is_turned_upright(tmp_path):
-    """By the specification, right, inward and up are x -z y, x y z and -y -z x."""
+    """The specification says that right, inward and up are x -z y, x y z and -y -z x."""
     for up, there in (("Y_UP", [0, -3, 2]), ("Z_UP", [0, 2, 3]), ("X_UP", [-2, -3, 0])):
         mesh = t4d.read_triangles(dae(tmp_path / "a.dae", ["<translate>0 2 3</translate>"], up=up))
         assert mesh.closed and abs(mesh.volume - 8) < 1e-12 and np.array_equal(mesh.vertices.mean(axis=0), there), up

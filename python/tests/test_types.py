@@ -48,7 +48,7 @@ heights = slab.vertices[:, 2].max() + points[0, 2] + pose[0, 3] + slab.cells[0, 
 
 
 def found(folder, *arguments):
-    """What a part of mypy finds wrong."""
+    """The faults that a part of mypy finds."""
     path = str(PACKAGE.parent)
     run = subprocess.run(
         [sys.executable, "-m", *arguments],

@@ -15,7 +15,7 @@ async function bundle(entry, define = {}) {
     target: 'es2022', define, legalComments: 'none', logLevel: 'warning', absWorkingDir: here,
     loader: { '.css': 'text', '.html': 'text' },
   });
-  // What would end the element that it is written into.
+  // A script must not end the element that it is written into.
   return outputFiles[0].text.replaceAll('</script', '<\\/script');
 }
 

@@ -9,7 +9,7 @@ const site = path.resolve(process.argv[2]);
 const pages = readdirSync(site, { recursive: true })
   .filter((name) => name.endsWith('.html') && readFileSync(path.join(site, name), 'utf8').includes('<t4d-view '));
 
-/** What is wrong with the views of a page. */
+/** The faults of the views of a page. */
 async function wrongWith(browser, name) {
   const page = await browser.newPage({ viewport: { width: 1000, height: 700 } });
   await page.goto(pathToFileURL(path.join(site, name)).href);

@@ -6,7 +6,7 @@ import numpy as np
 from .attributes import range_of
 from .geometry import COLOR, linear_colors
 
-# From dark blue to yellow (viridis), as t4d flipbook has it.
+# The colours go from dark blue to yellow (viridis), as in t4d flipbook.
 RAMP = np.array([(68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (253, 231, 37)], dtype=np.uint8)
 
 

@@ -30,7 +30,7 @@ def fill(mesh, solid, smooth):
 
 
 def set_velocity(mesh, velocity):
-    """In units of the mesh per second, as Cycles expects it."""
+    """Sets the velocity in units of the mesh per second, as Cycles expects it."""
     made = mesh.attributes.new("velocity", "FLOAT_VECTOR", "POINT")
     made.data.foreach_set("vector", velocity.astype(np.float32).ravel())
 
@@ -49,7 +49,7 @@ def set_color(mesh, values, domain):
 
 
 def set_texture_coordinates(mesh, values, domain):
-    """In Blender they are of corners."""
+    """Sets texture coordinates, which belong to corners in Blender."""
     if domain == "POINT":
         corners = np.empty(len(mesh.loops), dtype=np.int32)
         mesh.loops.foreach_get("vertex_index", corners)

@@ -21,7 +21,7 @@ def module():
     return t4d
 
 
-# What the module and the system raise when something cannot be done.
+# The exceptions of the module and the system when something cannot be done.
 FAILURES = (Problem, KeyError, MemoryError, NotImplementedError, OSError, RuntimeError, ValueError)
 
 

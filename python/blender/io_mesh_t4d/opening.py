@@ -72,7 +72,7 @@ def _curves_of(action: Any) -> List[Any]:
 
 
 def notes_of(path: str) -> List[str]:
-    """What Blender does not do as the file says."""
+    """Notes on what Blender does not do as the file says."""
     if not path.lower().endswith(".fbx"):
         return []
     for curve in (curve for action in bpy.data.actions for curve in _curves_of(action)):

@@ -16,16 +16,16 @@ from numpy.typing import NDArray
 
 # Positions may be in float32, whose seven digits leave a pose this far from a rotation.
 RIGID = 1e-5
-# In names of bodies: controls, slashes, and what turns text round.
+# Characters that do not fit in names of bodies: controls, slashes, and those that turn text round.
 UNFIT = re.compile(r"[\x00-\x1f\x7f-\x9f/\\\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069]")
 # An hour at 25 frames per second, and some: a file that says more is hardly meant so.
 MOST_FRAMES = 100_000
-# Of a frame: where motion jumps, no key in between helps.
+# The shortest step, as a part of a frame: where motion jumps, no key in between helps.
 SHORTEST = 1 / 64
 
 
 class Problem(Exception):
-    """What cannot be done, in one sentence for the user."""
+    """The reason why something cannot be done, in one sentence for the user."""
 
 
 @dataclass
@@ -67,7 +67,7 @@ class Scene(Protocol):
         ...
 
     def losses(self) -> List[str]:
-        """What the scene has that was not among the solids."""
+        """The contents of the scene that were not among the solids."""
         ...
 
 
@@ -79,7 +79,7 @@ class File(Scene, Protocol):
         ...
 
     def notes(self) -> List[str]:
-        """What is not done as the file says."""
+        """Notes on what is not done as the file says."""
         ...
 
 
@@ -140,7 +140,7 @@ def most_between(here: NDArray[np.float64], there: NDArray[np.float64]) -> float
 
 
 def without_rests(keys: List[Dict[str, Any]]) -> List[Dict[str, Any]]:
-    """Without those at which nothing moves, neither before nor after."""
+    """The keys without those at which nothing moves, neither before nor after."""
     moves = [{**here, "frame": 0} != {**there, "frame": 0} for here, there in zip(keys, keys[1:])]
     return [key for key, before, after in zip(keys, [True, *moves], [*moves, True]) if before or after]
 
@@ -180,7 +180,7 @@ class Recorder:
         self._check()
 
     def record_still(self, frame: float) -> None:
-        """One key. Raises Problem if there is nothing to record."""
+        """Records one key. Raises Problem if there is nothing to record."""
         self._add(frame, self.scene.at(frame))
         self._check()
 
@@ -244,7 +244,7 @@ class Recorder:
             })  # fmt: skip
 
     def _name_of(self, solid: Solid) -> str:
-        """Of a solid that appears again, and of instances, with a number."""
+        """The name of a solid; with a number if it appears again, and for instances."""
         plain = UNFIT.sub("_", solid.name)
         name = plain
         while name in self.names:

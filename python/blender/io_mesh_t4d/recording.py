@@ -1,4 +1,4 @@
-"""What t4d-blender asks of a Blender without a window."""
+"""Answers what t4d-blender asks of a Blender without a window."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .scene import Scene
 
 
 class File(Scene):
-    """What Blender imports of a file."""
+    """The scene that Blender imports from a file."""
 
     def __init__(self, request: Dict[str, Any]) -> None:
         self.path = request["file"]

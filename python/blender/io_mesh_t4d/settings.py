@@ -1,4 +1,4 @@
-"""What a mesh says of the 4D mesh that it shows: `mesh.t4d`."""
+"""The settings of a mesh that shows a 4D mesh: `mesh.t4d`."""
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, PointerProperty, StringProperty

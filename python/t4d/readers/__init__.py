@@ -86,13 +86,13 @@ def _unknown(path: str) -> Exception:
 
 
 def options_of(path: str) -> Tuple[str, ...]:
-    """What may choose among the samples of a path."""
+    """The options that choose among the samples of a path."""
     kind = kind_of(path)
     return tuple(_KINDS[kind][0].OPTIONS) if kind else ()
 
 
 def known() -> List[str]:
-    """What can be read."""
+    """The formats and extensions that can be read."""
     return ["DICOM", "Zarr", *(extension for _, extensions in _KINDS.values() for extension in extensions)]
 
 

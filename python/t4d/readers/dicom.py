@@ -56,7 +56,7 @@ def files_in(folder: str, below: bool = False) -> Iterator[str]:
 
 
 def _files(folder: str) -> List[str]:
-    """Those of images in the folder itself."""
+    """The files of images in the folder itself."""
     files = sorted(files_in(folder), key=natural)
     if files:
         return files
@@ -200,7 +200,7 @@ def _padding(said: Dict[str, Any]) -> Optional[Tuple[float, float]]:
 
 
 def _times(said: Dict[str, Any]) -> Dict[str, float]:
-    """By the names of dicom_series.TIMES: seconds, percent of a cycle, or numbers."""
+    """Times by the names of dicom_series.TIMES: seconds, percent of a cycle, or numbers."""
 
     def number(*names: str) -> float:
         return next((float(said[name]) for name in names if name in said), math.nan)

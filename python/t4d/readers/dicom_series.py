@@ -1,4 +1,4 @@
-"""How the images of a DICOM series lie in space and time."""
+"""The places of the images of a DICOM series in space and time."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ def _slices(images: List[Image], normal: NDArray[np.float64], where: str) -> Lis
 
 
 def _step(slices: List[List[Image]]) -> NDArray[np.float64]:
-    """From slice to slice, in mm."""
+    """The step from slice to slice, in mm."""
     step: NDArray[np.float64] = (slices[-1][0].position - slices[0][0].position) / (len(slices) - 1)
     return step
 

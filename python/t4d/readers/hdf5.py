@@ -80,7 +80,7 @@ def of_array(array: Any, where: str, choice: Choice) -> Volume:
 
 
 def _coordinates(scale: Any) -> Coordinates:
-    """Of a dimension scale; those of NetCDF without values are only names."""
+    """The coordinates of a dimension scale; those of NetCDF without values are only names."""
     if scale is None or text_of(scale.attrs.get("NAME")).startswith("This is a netCDF dimension but not"):
         return None
     return scale[()], dict(scale.attrs)

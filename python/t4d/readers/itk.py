@@ -40,7 +40,7 @@ def _read(path: str) -> Volume:
 
 
 def of_nibabel(image: Any, where: str) -> Volume:
-    """Of an image of nibabel: its samples are read, and scaled, when they are asked for."""
+    """A volume of nibabel: its samples are read, and scaled, when they are asked for."""
     if len(image.shape) not in (3, 4):
         raise InvalidInput(f"has {len(image.shape)} axes; expected x, y, z and perhaps t", where)
     time_first = len(image.shape) == 4 and type(image).__name__.startswith("Minc")
@@ -71,7 +71,7 @@ def of_nibabel(image: Any, where: str) -> Volume:
 
 
 def of_simpleitk(image: Any, where: str) -> Volume:
-    """Of an image of SimpleITK: of four dimensions, or of three with a component for each frame, as Slicer's
+    """A volume of SimpleITK: of four dimensions, or of three with a component for each frame, as Slicer's
     sequences are, or of one frame."""
     sitk = library("SimpleITK", "itk", where, "an image of SimpleITK")
     return _of_simpleitk(image, _Samples(sitk, image, image.GetNumberOfComponentsPerPixel(), where, image), where)

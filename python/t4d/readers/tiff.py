@@ -91,7 +91,7 @@ class _Pages:
     def __init__(self, file: Any, series: Any, path: str) -> None:
         self.key = key = series.keyframe
         self.notes: List[str] = []
-        # Of one plane, too; until version 2026.11 behind functions.
+        # Axes include those of a single plane; until version 2026.11 they are behind functions.
         whole = hasattr(series, "get_axes")
         self.all_letters = str(series.get_axes(False) if whole else series.axes).lower()
         self.all_sizes = series.get_shape(False) if whole else series.shape

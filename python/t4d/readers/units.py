@@ -29,7 +29,7 @@ _SHORT = 3  # prefixes of short names differ by case: mm and Mm
 
 
 def unit_named(name: str) -> str:
-    """Of length or time: "um" for "µm", "micron" and so on; other names as they are, and "" for pixels."""
+    """A unit's usual name: "um" for "µm", "micron" and so on; other names as they are, and "" for pixels."""
     word = name if len(name) <= _SHORT else name.lower()
     singular = word[:-1] if len(word) > _SHORT and word.endswith("s") else word
     if singular == "pixel":
@@ -39,7 +39,7 @@ def unit_named(name: str) -> str:
 
 
 def factor_to(unit: str, other: str) -> float:
-    """What is multiplied to convert from ``unit`` to ``other``. Raises ValueError if they do not convert."""
+    """The factor from ``unit`` to ``other``. Raises ValueError if they do not convert."""
     for units in (_LENGTHS, _TIMES):
         sizes = {name: size for name, size, _ in units}
         if unit in sizes and other in sizes:

@@ -45,7 +45,7 @@ class Missing(InvalidInput):
 
 @dataclasses.dataclass
 class Choice:
-    """What is to be read of the input, as of ``open_frames``; None for what is not chosen."""
+    """The choice of what ``open_frames`` reads of the input; None for what is not chosen."""
 
     axes: Optional[str] = None
     channel: Named = None
@@ -156,7 +156,7 @@ def library(name: str, extra: str, where: str, what: str) -> Any:
 
 @contextlib.contextmanager
 def through(where: str) -> Iterator[None]:
-    """What the libraries of others raise becomes an error that says where."""
+    """Turns exceptions of other libraries into errors that say where."""
     try:
         yield
     except (Error, WrongOption):
@@ -182,7 +182,7 @@ def listed(names: Sequence[str], separator: str = ", ") -> str:
 
 
 def number_of(option: str, chosen: Named, names: Sequence[str], where: str) -> int:
-    """Of one of several that an option chooses by number or name; the first if it is not given. Raises WrongOption for
+    """The number of what an option chooses by number or name; the first if it is not given. Raises WrongOption for
     a word that is no number and no name, and InvalidInput for a number that is not there."""
     if chosen in names:
         return list(names).index(str(chosen))
@@ -258,6 +258,6 @@ def natural(name: str) -> List[Tuple[int, int, str]]:
 
 
 def extension_of(path: str) -> str:
-    """In lower case; ".nii.gz" and the like as one."""
+    """The extension in lower case; ".nii.gz" and the like as one."""
     root, extension = os.path.splitext(os.path.basename(path.rstrip("/")).lower())
     return os.path.splitext(root)[1] + extension if extension == ".gz" else extension

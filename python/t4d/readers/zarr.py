@@ -71,7 +71,7 @@ def _check_metadata(path: str) -> None:
 
 
 def _contents(path: str, name: str) -> Optional[bytes]:
-    """Of a file of a store; None if it is not there."""
+    """The contents of a file of a store; None if it is not there."""
     try:
         if "://" in path:
             files, root = library("fsspec", "zarr", shown(path), "a URL").core.url_to_fs(path)
@@ -121,7 +121,7 @@ def _attributes(node: Any) -> Any:
 
 
 def _of_group(node: Any, name: str, where: str, choice: Choice, path: str) -> Volume:
-    """Of a group without an image: the only image or array of volumes in it, or an error that lists them."""
+    """A volume of a group without an image: the only image or array of volumes in it, or an error that lists them."""
     try:
         inside = {child: node[child] for child in sorted(node)}
     except (NotImplementedError, OSError):
@@ -253,7 +253,7 @@ def _beside(array: Any, name: str) -> Coordinates:
 
 
 def _check_codecs(array: Any, where: str) -> List[str]:
-    """Their names. Raises InvalidInput for pickle, which runs what a chunk says, and which numcodecs took before
+    """Codec names. Raises InvalidInput for pickle, which runs what a chunk says, and which numcodecs took before
     0.15.2."""
     last = array.compressors if hasattr(array, "compressors") else [array.compressor]
     codecs = [*(array.filters or ()), *last]

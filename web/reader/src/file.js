@@ -45,7 +45,7 @@ const bytesOfSlab = ({ vertices }) => vertices.byteLength;
 
 const isLayr = (bytes) => String.fromCharCode(...bytes.subarray(0, 4)) === 'LAYR';
 
-/** What DONE says of each body. */
+/** Parses the summary of each body in DONE. */
 function parseDone(chunk) {
   const fields = new Fields(chunk, 'D4');
   const numChunks = fields.u64();
@@ -402,7 +402,7 @@ class Cache {
   }
 }
 
-/** An open .t4d file. What is read is checked; what breaks a rule throws Invalid. */
+/** An open .t4d file. All data is checked when it is read; a broken rule throws Invalid. */
 export class T4dFile {
   constructor(source, { version, head, headers, bodies, done }) {
     this.source = source;

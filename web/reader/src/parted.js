@@ -59,7 +59,7 @@ const widest = (points, pick) => {
   return [0, 1, 2].map((axis) => known.reduce((found, point) => pick(found, point[axis]), none));
 };
 
-/** What the manifest says of body i, in all parts together. */
+/** The summary of body i in the manifest, over all parts. */
 function summary({ head, parts }, i) {
   const all = parts.map(({ bodies }) => bodies[i]);
   const sum = (of) => all.reduce((total, body, k) => total + of(body, k), 0);
@@ -157,7 +157,7 @@ export class PartedFile {
     }
   }
 
-  /** As T4dFile.slabsAt. */
+  /** Like T4dFile.slabsAt. */
   async slabsAt(time) {
     const slabs = [];
     for (const i of this.bodies.keys()) {
@@ -166,7 +166,7 @@ export class PartedFile {
     return slabs;
   }
 
-  /** As T4dFile.slice. */
+  /** Like T4dFile.slice. */
   async slice(at) {
     const plane = typeof at === 'number' ? hyperplane([0, 0, 0, 1], at) : at;
     const sections = [];

@@ -81,7 +81,7 @@ function parseAttribute(fields, features) {
 
 function parseAttributes(fields, count, features) {
   const attributes = [];
-  // Not Array.from: a count may be any, and the fields end sooner.
+  // Array.from would not do: a count may be any, and the fields end sooner.
   for (let i = 0; i < count; ++i) attributes.push(parseAttribute(fields, features));
   return attributes;
 }

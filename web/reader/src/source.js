@@ -1,4 +1,4 @@
-// Where the bytes of a file come from. A source has
+// Sources of the bytes of a file. A source has
 //   size: number                                 of the file, in bytes
 //   tail: Uint8Array                             the last bytes, as far as read when it was opened
 //   read(at, length): Promise<Uint8Array>        fails where they are not all there

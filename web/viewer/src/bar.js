@@ -17,7 +17,7 @@ export class Bar {
     find('value').onchange = () => {
       const input = find('value');
       if (Number.isFinite(input.valueAsNumber)) model.slideTo(input.valueAsNumber);
-      // Also while it is focused.
+      // The text is set even while the input is focused.
       input.value = Number(model.state[model.sliderKey].toPrecision(9));
     };
     find('speed').onchange = () => model.set({ speed: Number(find('speed').value) });
@@ -25,7 +25,7 @@ export class Bar {
     find('play').onclick = () => player.play(!player.isPlaying);
   }
 
-  /** What the model says. */
+  /** Shows the state of the model. */
   fill() {
     const { model, model: { state, sliderKey: key }, player, find, root } = this.viewer;
     const isEmpty = model.panes.length === 0;
@@ -47,7 +47,7 @@ export class Bar {
     this.drawMarks();
   }
 
-  /** Where the slabs begin and end, on the time line. */
+  /** Marks the begin and the end of the slabs on the time line. */
   drawMarks() {
     const { model, find } = this.viewer;
     const canvas = find('marks');

@@ -22,7 +22,7 @@ export function speedOfCell(vertices, cell) {
   return (u[0] * vw[0] + u[1] * vw[1] + u[2] * vw[2]) / length;
 }
 
-/** Of so many cells, evenly spread, the speeds say what the others have. */
+/** The number of cells, evenly spread, whose speeds stand for those of all. */
 const mostSamples = 20_000;
 
 /** Where two frames of voxels differ much, a few cells are nearly level in time: so large a part at each end is left out. */

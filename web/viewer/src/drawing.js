@@ -1,9 +1,9 @@
 // Draws what the model says.
 
-/** Of a picture that takes longer, sketches are drawn while the camera moves, and while another is waited for. */
+/** If a picture takes longer, sketches are drawn while the camera moves, and while another is waited for. */
 const slowMilliseconds = 100;
 
-/** Without a move in as many milliseconds, the camera rests. */
+/** The camera rests after this many milliseconds without a move. */
 const restMilliseconds = 250;
 
 export class Drawing {
@@ -11,7 +11,7 @@ export class Drawing {
   constructor(viewer) {
     Object.assign(this, {
       viewer,
-      /** Whether all that the model says is there. */
+      /** Whether the picture shows the whole state of the model. */
       isWhole: false,
       isDirty: true,
       hasArrivals: false,
@@ -106,7 +106,7 @@ export class Drawing {
       comparison.shown = null;
       const before = this.colorRange();
       this.showPanes(hidden, before);
-      // Of speeds and attributes, the slabs that are shown give it.
+      // The slabs that are shown give the range of speeds and attributes.
       const range = this.colorRange();
       if (JSON.stringify(range) !== JSON.stringify(before)) this.showPanes(hidden, range);
     }
@@ -142,7 +142,7 @@ export class Drawing {
     if (!this.isDirty && !this.hasArrivals) return false;
     const isNew = this.isDirty;
     this.update();
-    // What arrives is drawn when it is whole, or after a while.
+    // Data that arrives is drawn when it is whole, or after a while.
     if (!isNew && !this.isWhole && performance.now() - this.drawnAt <= 3 * this.milliseconds + 100) return false;
     this.draw();
     return true;

@@ -22,7 +22,7 @@ function sourceOf(from) {
   return { from: URL.canParse(from, document.baseURI) ? new URL(from, document.baseURI).href : from, name };
 }
 
-/** What may help. */
+/** A hint that may help. */
 function hintOf({ rule }) {
   if (rule) return 'The file is damaged or is no .t4d file; `t4d recover` saves what is whole of a damaged one.';
   return location.protocol === 'file:'
@@ -44,7 +44,7 @@ export class T4dView extends HTMLElement {
 
   connectedCallback() {
     if (this.#viewer) return; // it was only moved
-    // What was set before the script of the element came.
+    // Properties may have been set before the script of the element came.
     for (const name of [...T4dView.observedAttributes, 'controls', 'autoplay'].filter((each) => Object.hasOwn(this, each))) {
       const value = this[name];
       delete this[name];

@@ -4,7 +4,7 @@ import { speeds, startClock } from './speed.js';
 import { stateOf } from './state.js';
 import { Tracks } from './tracks.js';
 
-/** What is wrong, in one box. */
+/** Shows errors in one box. */
 function say(errors) {
   if (errors.length === 0) return;
   const isDamaged = errors.some(({ rule }) => rule !== undefined);

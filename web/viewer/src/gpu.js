@@ -402,7 +402,7 @@ export class CutMesh extends THREE.Mesh {
   }
 }
 
-/** By the context of each renderer. */
+/** The programs by the context of each renderer. */
 const feedbackPrograms = new WeakMap();
 
 /** A program of the same shader whose vertices can be read back. */

@@ -62,7 +62,7 @@ export function listen() {
   const opens = (id, options) => {
     element(id).onchange = () => {
       const [file] = element(id).files;
-      // So that the same file can be chosen again.
+      // The same file can then be chosen again.
       element(id).value = '';
       if (file) openFile(file, options);
     };

@@ -1,7 +1,7 @@
 // The ramp of colours over the picture, with the numbers at its ends.
 import { shown } from './common.js';
 
-/** As the shaders have it. */
+/** The colours as the shaders have them. */
 const colors = ['#440154', '#3b528b', '#21918c', '#5ec962', '#fde725'];
 
 /** The unit of what is coloured, as far as the files agree on one. */

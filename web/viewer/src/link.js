@@ -16,7 +16,7 @@ function filesOfLink(files, search, page) {
     const params = files.map(({ address }) => `file=${encodeURIComponent(shortened(address, page))}`);
     return { search: `?${params.join('&')}`, missing: [] };
   }
-  // Without its first file, a comparison is none.
+  // A comparison needs its first file.
   const isOpened = ({ isOwn }) => isOwn && files[0].isOwn;
   return {
     search: files[0].isOwn ? search : '', missing: files.filter((file) => !isOpened(file)).map(({ name }) => name),

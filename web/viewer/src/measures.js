@@ -28,7 +28,7 @@ async function measureNow() {
   try {
     answers = await Promise.all(panes.map((pane) => pane.measuresOf(model.plane())));
   } catch {
-    // What is damaged was said when it was to be shown.
+    // The error was shown when the damaged part was to be shown.
     if (turn === waiting.turn) fillTable('measures', [['', 'not whole']]);
     return;
   }

@@ -9,7 +9,7 @@ export class Model {
   constructor(onChange) {
     Object.assign(this, {
       onChange,
-      /** Of each file that is shown. */
+      /** The panes: one for each file that is shown. */
       panes: [],
       state: { ...defaults },
       /** The state in which the first file was opened, which a link leaves out. */
@@ -17,14 +17,14 @@ export class Model {
       bounds: { min: [0, 0, 0, 0], max: [1, 1, 1, 1] },
       /** The middle of the first file, which is that of the picture. */
       center: [0, 0, 0, 0],
-      /** Of the first file, or null. */
+      /** The tracks of the first file, or null. */
       tracks: null,
-      /** Whether the files are open that were asked for. */
+      /** Whether all files that were asked for are open. */
       areAllOpen: false,
     });
   }
 
-  /** What shows the model follows what has changed. */
+  /** Lets everything that shows the model follow a change. */
   changed(before = this.state) {
     this.onChange(before);
   }

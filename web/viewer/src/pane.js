@@ -35,7 +35,7 @@ export function shownAxes(plane, timeScale) {
 
 const keyOf = ({ normal, offset }) => JSON.stringify([normal, offset]);
 
-/** When the browser has shown what the page says by now. */
+/** Resolves when the browser has shown the present state of the page. */
 const framesLater = () => new Promise((resolve) => { requestAnimationFrame(() => requestAnimationFrame(resolve)); });
 
 export class Pane {
@@ -122,7 +122,7 @@ export class Pane {
     return false;
   }
 
-  /** What the slabs take in memory. */
+  /** The memory that the slabs take. */
   get bytes() {
     const there = [...this.slabs.values()].map(({ gpu }) => gpu).filter(Boolean);
     return sum(there.map(({ bytes }) => bytes)) + sum([...new Set(there.map(({ cells }) => cells))].map(({ bytes }) => bytes));

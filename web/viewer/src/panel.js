@@ -2,7 +2,7 @@
 import { shown } from './common.js';
 import { element, model } from './page.js';
 
-/** What there is in the files. */
+/** Fills the panel with the contents of the files. */
 export function fillPanel() {
   const { panes, state } = model;
   const names = panes.map(({ info }) => info.name).join(' and ');
@@ -74,7 +74,7 @@ const meanings = {
   solid: 'The whole motion as one object in space-time, with time in the place of one axis.',
 };
 
-/** What the state says. */
+/** Sets the controls to the state. */
 export function fillControls() {
   const { panes, state } = model;
   for (const control of document.querySelectorAll('fieldset, #fit')) control.disabled = panes.length === 0;

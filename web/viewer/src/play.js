@@ -7,7 +7,7 @@ export class Player {
    */
   constructor(model, onChange) {
     Object.assign(this, { model, onChange, isPlaying: false });
-    /** Where the slider moved last: 1 or -1. Play moves it forward. */
+    /** The direction in which the slider moved last: 1 or -1. Play moves it forward. */
     this.direction = 1;
   }
 

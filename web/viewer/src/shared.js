@@ -4,7 +4,7 @@ import { GpuSlab, makeCells } from './gpu.js';
 
 /* global WORKER_CODE */
 
-/** Of each file that is open or being opened: { users, file: Promise<SharedFile>, from }. */
+/** An entry for each file that is open or opening: { users, file: Promise<SharedFile>, from }. */
 const entries = new Set();
 /** The worker, while a file is open. */
 const worker = { client: null };
@@ -38,7 +38,7 @@ export function openShared(from, name) {
       client.call('close', { file: info.file });
       end();
     },
-    // Whoever opens it again gets what is there by then.
+    // A later opening gets the file's contents of that time.
     forget() { entry.from = null; },
   }), (error) => {
     end();
@@ -61,7 +61,7 @@ class SharedFile {
    */
   constructor(client, info, { close, forget }) {
     Object.assign(this, { client, info, close, forget, read: info.read, requests: info.requests });
-    /** By 'body/slab': { users, slab: Promise<GpuSlab> }. */
+    /** Slabs by 'body/slab': { users, slab: Promise<GpuSlab> }. */
     this.slabs = new Map();
     /** Textures of cells, by connectivity. */
     this.cells = new Map();
@@ -110,7 +110,7 @@ class SharedFile {
     if (!entry) return;
     --entry.users;
     entry.slab.then((slab) => {
-      // Of all renderers; those that still show it upload it again.
+      // This disposes the slab of all renderers; those that still show it upload it again.
       slab.dispose();
       if (entry.users > 0 || this.slabs.get(key) !== entry) return;
       this.slabs.delete(key);

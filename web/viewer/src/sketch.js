@@ -1,6 +1,6 @@
 // Sketches of sections across time, which are there long before the sections themselves.
 //
-// Of a swept solid, a layer is a triangle mesh. A sketch has the curves in which the hyperplane cuts some of the
+// A layer of a swept solid is a triangle mesh. A sketch has the curves in which the hyperplane cuts some of the
 // layers, each as a ribbon that reaches halfway to the next ones:
 //
 //        t ^        ____          every ribbon has the shape of the section at the time of its layer,
@@ -40,7 +40,7 @@ function addRibbons(ribbons, { positions, time }, prisms, { normal, offset }, [b
     const c = prisms[i + 2];
     const [isA, isB, isC] = [heights[a] > 0, heights[b] > 0, heights[c] > 0];
     if (isA === isB && isB === isC) continue;
-    // From the corner that is alone on its side.
+    // The edges begin at the corner that is alone on its side.
     const [alone, one, other] = isA === isB ? [c, a, b] : isA === isC ? [b, c, a] : [a, b, c];
     addEdge(alone, one);
     addEdge(alone, other);

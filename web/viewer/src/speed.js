@@ -1,8 +1,8 @@
-// How fast the page is.
+// The speed of the page.
 import { shown } from './common.js';
 import { element, model, viewer } from './page.js';
 
-/** Milliseconds. */
+/** The speeds in milliseconds. */
 export const speeds = { firstPicture: null, gpu: null, cpu: null };
 const clock = { opened: performance.now() };
 

@@ -1,4 +1,4 @@
-// What the page shows, and how a link says it.
+// The state of the page, and its form in a link.
 
 export const defaults = {
   cut: 't', // t, x, y, z, any, or solid
@@ -47,7 +47,7 @@ export function stateOf(hash) {
     const isRight = {
       normal: () => isNumbers(value, 4) && value.some((each) => each !== 0),
       camera: () => isNumbers(value, 6),
-      // Those of the select boxes.
+      // These are the values of the select boxes.
       speed: () => [0.1, 0.25, 0.5, 1, 2, 4, 10].includes(value),
       onion: () => [0, 1, 2, 4].includes(value),
       onionStep: () => Number.isFinite(value) && value > 0,

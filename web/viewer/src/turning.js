@@ -1,4 +1,4 @@
-// What the pointer does besides moving the camera.
+// Actions of the pointer besides moving the camera.
 import { shownAxes } from './pane.js';
 
 /** Whether the page that the view is in can be scrolled. */

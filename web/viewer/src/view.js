@@ -4,7 +4,7 @@ import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 
 import { forgetNothing } from './gpu.js';
 
-/** Of what the camera sees across the shorter side of a pane. */
+/** Half the angle that the camera sees across the shorter side of a pane. */
 const halfAngle = 17.5 * Math.PI / 180;
 
 export class View {

@@ -81,7 +81,7 @@ export class Viewer extends EventTarget {
   /** The model has changed. */
   follow(before) {
     const { state } = this.model;
-    // Of axes that are others than before, all is shown.
+    // When the axes change, all is shown.
     if (['cut', 'drop', 'timeScale'].some((key) => state[key] !== before[key])) this.fitCamera();
     this.drawing.invalidate();
     this.messages.hideOld();

@@ -132,7 +132,7 @@ const calls = {
     }
   },
 
-  /** Of two files, the sections but for hidden bodies, with the `distances` of their points from the other's. */
+  /** Gives the sections of two files but for hidden bodies, with the `distances` of their points from the other's. */
   async distances({ files: [a, b], normal, offset, hidden }) {
     const plane = hyperplane(normal, offset);
     const [ofA, ofB] = (await Promise.all([a, b].map((index) => sectionsOf(files[index], plane))))
@@ -154,7 +154,7 @@ const pauseMilliseconds = 50;
 /** Where there is no sketch, what was cut so far is given after this time, and whenever the time has doubled. */
 const growthMilliseconds = 500;
 
-/** What the page draws of a section. */
+/** The parts of a section that the page draws. */
 const meshOf = ({ points4, triangles }) => ({ points4, triangles });
 
 /** Gives the sketches of a section; whether each body has one. */
@@ -168,7 +168,7 @@ async function giveSketches(file, plane, budget, give, pause) {
       await pause();
     }
   } catch (error) {
-    // What is damaged is said when the section itself is cut.
+    // Damage is reported when the section itself is cut.
     if (error === stopped) throw error;
   }
   return hasSketch;

@@ -271,7 +271,7 @@ test('a view that is removed frees what it had', async () => {
     await Promise.resolve();
   });
   assert.equal(await workersLeft(page, 0), 0);
-  // Where it is put back, it begins anew.
+  // The element begins anew where it is put back.
   const triangles = await page.evaluate(async () => {
     document.body.append(window.removed);
     await window.removed.drawn();
@@ -468,7 +468,7 @@ test('the script is a module as well, and properties may come before it', async 
   await page.close();
 });
 
-/** What npm would publish: [{ path, size }] and sizes. */
+/** The files that npm would publish: [{ path, size }] and sizes. */
 const packed = () => {
   const [pack] = JSON.parse(execFileSync('npm', ['pack', '--dry-run', '--json'], { cwd: path.join(here, '..'), encoding: 'utf8' }));
   return pack;

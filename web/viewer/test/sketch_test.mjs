@@ -36,7 +36,7 @@ async function sketches(file, plane, budget = Infinity) {
 
 const numTriangles = ({ triangles }) => triangles.length / 3;
 
-/** With the points along the axes of the hyperplane, for measure(). */
+/** A section with its points along the axes of the hyperplane, for measure(). */
 const alongAxes = ({ points4, triangles }, { axes }) => {
   const points = Float64Array.from({ length: points4.length / 4 * 3 }, (_, i) =>
     axes[i % 3].reduce((sum, part, k) => sum + part * points4[4 * Math.floor(i / 3) + k], 0));

@@ -60,7 +60,7 @@ const shownMeasures = (page, state) => page.evaluate(async (changes) => {
   return window.t4dViewer.measures();
 }, state);
 
-/** In float32, relative to what is largest. */
+/** Compares numbers in float32, relative to the larger of 1 and the expected one. */
 const isNear = (found, expected, what) =>
   assert.ok(Math.abs(found - expected) <= 2e-5 * Math.max(1, Math.abs(expected)), `${what}: ${found}, expected ${expected}`);
 
@@ -119,7 +119,7 @@ test('measures of another slice are marked until those of this one are there', a
   const { page } = await openAt('?file=large.t4d#t=0.4');
   await page.waitForFunction('document.getElementById("measures").ariaBusy === "false"');
   const before = await page.innerText('#measures');
-  // In one go, so that the measures cannot come in between.
+  // This is done in one go, so that the measures cannot come in between.
   const { busy, text } = await page.evaluate(() => {
     window.t4dViewer.set({ t: 1.1 });
     const measures = document.getElementById('measures');
@@ -767,7 +767,7 @@ test('what fits the picture stays in it when the window changes its shape', asyn
   for (const [width, height] of [[1280, 800], [390, 844], [844, 390]]) {
     await page.setViewportSize({ width, height });
     await page.waitForTimeout(300);
-    // How many degrees the camera sees across and up.
+    // The degrees that the camera sees across and up.
     const seen = await page.evaluate(() => [0, 5].map((i) =>
       2 * Math.atan(1 / window.t4dViewer.camera.projectionMatrix.elements[i]) * 180 / Math.PI));
     isNear(Math.min(...seen), 35, `${width} x ${height}`);
@@ -964,7 +964,7 @@ test('where no file can be opened, another can, and the rest waits for it', asyn
   await page.waitForFunction('window.t4dViewer.panes.length === 1');
   assert.ok(!await page.isVisible('#welcome'));
   assert.ok((await enabled()).includes('slider'));
-  // What cannot be opened replaces nothing.
+  // A file that cannot be opened replaces nothing.
   const next = page.waitForEvent('filechooser');
   await page.click('#open');
   await (await next).setFiles(at('viewer.html'));
