@@ -63,7 +63,7 @@ class ExactSum {
   bool finite_ = true;
 };
 
-/// The largest error of a sum of products below the range of doubles.
+/// The most that products below the range of doubles can take from a sum of them.
 inline constexpr double kVanished = 1e-290;
 
 /// Whether a sum of products in doubles is precise enough to do without an exact one: whether

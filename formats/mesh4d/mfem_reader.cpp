@@ -69,7 +69,7 @@ class MfemReader {
     if (!loaded) return loaded;
     loaded->dialect = made ? "boundary of pentatopes" : "boundary elements";
     if (!elements_.empty()) {
-      // Notices about inner tetrahedra do not concern the boundary.
+      // Vertices inside are dropped: they are no part of the boundary.
       loaded->notices.clear();
       loaded->losses.push_back(fmt::format("{}: only the boundary of the {} pentatopes is read",
                                            file_.path.string(), elements_.size()));

@@ -4,7 +4,7 @@ import { defaults, hashOf, stateOf } from './state.js';
 const numbersOf = (text) => text.split(/[\s,]+/).map(Number);
 const areFinite = (numbers) => numbers.every(Number.isFinite);
 
-/** The names in an attribute without a state: which names the file has, is known later. */
+/** The names in a text, without a state: the names that the file has are known later. */
 function namesOf(text) {
   if (!text.trim().startsWith('[')) return text.split(',').map((name) => name.trim()).filter(Boolean);
   try {
