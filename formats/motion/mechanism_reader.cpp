@@ -1,11 +1,13 @@
 #include "formats/motion/mechanism_reader.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <optional>
 #include <set>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -703,7 +705,15 @@ std::vector<std::size_t> parentsFirst(std::span<const std::size_t> parents,
 Result<model::TriangleMesh> readSolid(const std::filesystem::path& path, MechanismSolid& solid,
                                       LoadedMechanism& into) {
   const auto read = readTriangleMesh(path);
-  if (!read) return read.error();
+  if (!read) {
+    Error error = read.error();
+    constexpr std::array<std::string_view, 5> kScenes = {".dae", ".fbx", ".usd", ".usdc", ".blend"};
+    const bool isScene = std::ranges::find(kScenes, lowerCaseExtension(path)) != kScenes.end();
+    if (isScene && error.code == ErrorCode::Unsupported) {
+      error.message += "; Python reads it: python3 -m t4d sweep, with the same options";
+    }
+    return error;
+  }
   for (const std::string& notice : read->notices) {
     into.notices.push_back(fmt::format("body '{}': {}", solid.name, notice));
   }

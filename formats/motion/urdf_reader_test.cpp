@@ -284,6 +284,8 @@ TEST(UrdfReader, RefusesWithTheLine) {
   EXPECT_THAT(meshed("package://nowhere/none.stl"),
               HasSubstr("say where the package is (--package nowhere=FOLDER)"));
   EXPECT_THAT(meshed("none.dae"), HasSubstr("no such file"));
+  writeFile("there.dae", "<COLLADA/>");
+  EXPECT_THAT(meshed("there.dae"), HasSubstr("Python reads it: python3 -m t4d sweep"));
 }
 
 }  // namespace
