@@ -71,5 +71,40 @@ TEST_F(Program, MillMountsToolsAndKnowsTheMachine) {
       "are for --gcode");
 }
 
+TEST_F(Program, MillTakesABlockAndWritesThePart) {
+  // A slot of 20 x 6 x 2, from outside of the block to outside of it.
+  write("slot.nc", "G1 X-15 Y0 Z-2\nX15 F600\n");
+  const std::string mill =
+      "mill --stock box:20,20,10 --tool flat:d=6,l=30 --gcode slot.nc --voxel-size 0.5 --frames 3 ";
+  const Finished part = run(mill + "--feed 1200 --json -o part.stl");
+  EXPECT_NE(part.err.find("the tool begins at (0, 0, 0) mm, the middle of the stock's top"),
+            std::string::npos)
+      << part.err;
+  EXPECT_NE(part.err.find("the way there from where the tool begins is drawn as a rapid move"),
+            std::string::npos);
+  const json done = part.value();
+  EXPECT_NEAR(done["stock_volume"].get<double>(), 4000, 40);
+  EXPECT_NEAR(done["removed_volume"].get<double>(), 240, 24);
+  EXPECT_NEAR(done["path"]["cutting"][0]["time"].get<double>(), 30.0 / 10, 1e-9);
+  EXPECT_EQ(done["path"]["min"], json::array({-15.0, 0.0, -2.0}));
+  EXPECT_EQ(done["path"]["tool_changes"], 0);
+  const json mended = run("mend part.stl -o mended.ply --json").value();
+  EXPECT_NEAR(mended["volume_after"].get<double>(), done["remaining_volume"].get<double>(), 1e-3);
+  // Where it is told, it cuts from there.
+  const json told = run(mill + "--feed 1200 --start -15,0,-2 --json -o told.t4d").value();
+  EXPECT_EQ(told["path"]["rapid_time"], 0);
+  // The wall is thinner than a voxel.
+  const Finished thin =
+      run("mill --stock box:20,0.3,10 --tool flat:d=6,l=30 --gcode slot.nc --voxel-size 0.4 "
+          "--frames 3 --feed 60 -o thin.t4d");
+  EXPECT_EQ(thin.exitCode, 3);
+  EXPECT_NE(thin.err.find("walls thinner than a voxel (0.4)"), std::string::npos) << thin.err;
+  misused(mill + "fx/cube.obj -o x.t4d", "is given by a file, or by --stock");
+  misused(mill + "--start 1,2 -o x.t4d", "--start: found '1,2', expected a point");
+  misused(mill + "--dialect foo -o x.t4d", "foo not in");
+  misused("mill --stock box:1,2 --tool flat:d=6,l=30 --gcode slot.nc --voxel-size 1 -o x.t4d",
+          "is no stock; expected box:LENGTH,WIDTH,HEIGHT");
+}
+
 }  // namespace
 }  // namespace t4d::tools
