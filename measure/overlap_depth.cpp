@@ -6,6 +6,8 @@
 #include <queue>
 #include <vector>
 
+#include <Eigen/Eigenvalues>
+
 namespace t4d::measure {
 
 using model::Point3;
@@ -23,12 +25,35 @@ double largestCommon(const model::TriangleMesh& a, const model::TriangleMesh& b)
   return std::max(common.min.cwiseAbs().maxCoeff(), common.max.cwiseAbs().maxCoeff());
 }
 
+/// No depth in a part is larger: a ball in it finds room between planes, across the axes and across
+/// the direction in which its corners spread least.
+double mostIn(const CommonPart& part) {
+  double width = (part.bounds.max - part.bounds.min).minCoeff();
+  Point3 mean = Point3::Zero();
+  for (const Point3& corner : part.corners) mean += corner;
+  mean /= static_cast<double>(std::max<std::size_t>(1, part.corners.size()));
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  for (const Point3& corner : part.corners) {
+    spread += (corner - mean) * (corner - mean).transpose();
+  }
+  const Point3 across =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(0);
+  if (!across.allFinite() || part.corners.empty()) return width / 2;
+  double least = std::numeric_limits<double>::infinity();
+  double most = -least;
+  for (const Point3& corner : part.corners) {
+    least = std::min(least, across.dot(corner - mean));
+    most = std::max(most, across.dot(corner - mean));
+  }
+  return std::min(width, most - least) / 2;
+}
+
 }  // namespace
 
 double OverlapDepth::most() const {
   double most = 0;
   for (const CommonPart& part : parts_) {
-    most = std::max(most, (part.bounds.max - part.bounds.min).minCoeff() / 2);
+    most = std::max(most, mostIn(part));
   }
   return most;
 }
@@ -62,19 +87,23 @@ double OverlapDepth::greatest(double lessA, double lessB, bool any, double least
   if (!solidA_) solidA_.emplace(a_);
   if (!solidB_) solidB_.emplace(b_);
   struct Box {
-    Point3 center;
-    Point3 half;
-    Depth inA;
-    Depth inB;
+    Point3 center = Point3::Zero();
+    Point3 half = Point3::Zero();
+    Depth inA = {};
+    Depth inB = {};
+    double mostInPart = 0;
     double mostInIt = 0;
   };
   const auto isLess = [](const Box& p, const Box& q) { return p.mostInIt < q.mostInIt; };
   std::priority_queue<Box, std::vector<Box>, decltype(isLess)> boxes(isLess);
   double most = least;
+  const double saved = std::min(lessA, lessB);
   const auto add = [&](const Point3& center, const Point3& half, const Box& from, double away) {
-    Box box{.center = center, .half = half, .inA = {}, .inB = {}};
+    Box box{.center = center, .half = half, .mostInPart = from.mostInPart};
     const double radius = half.norm();
-    const auto mayBeDeeper = [&](double depth) { return depth + radius > kEnough * most; };
+    const auto mayBeDeeper = [&](double depth) {
+      return std::min(depth + radius, from.mostInPart) > kEnough * most;
+    };
     // What cannot be deeper needs no look at which side it is on.
     const double distanceA = solidA_->tree.nearest(center).distance;
     if (!mayBeDeeper(distanceA - lessA)) return;
@@ -85,12 +114,12 @@ double OverlapDepth::greatest(double lessA, double lessB, bool any, double least
     box.inB = depthOf(center, distanceB, solidB_->winding, most + lessB, from.inB, away);
     const double here = std::min(box.inA.value - lessA, box.inB.value - lessB);
     most = std::max(most, here);
-    box.mostInIt = here + radius;
+    box.mostInIt = std::min(here + radius, box.mostInPart);
     boxes.push(box);
   };
   for (const CommonPart& part : parts_) {
     const auto& [low, high] = part.bounds;
-    add((low + high) / 2, (high - low) / 2, {}, 0);
+    add((low + high) / 2, (high - low) / 2, {.mostInPart = mostIn(part) - saved}, 0);
   }
   for (int count = 0; count < kMostBoxes && !boxes.empty(); count += 2) {
     if (!(boxes.top().mostInIt > kEnough * most) || (any && most > least)) break;

@@ -215,11 +215,14 @@ py::dict check(const Body& body, bool deep, py::object callback) {
                            py::arg("slab") = issue.slab,
                            py::arg("error") = issue.severity == measure::Severity::Error));
   }
+  // What is open, or not oriented, encloses nothing.
+  py::object hypervolume = py::none();
+  if (report.closed && report.oriented) hypervolume = py::float_(report.hypervolume);
   return py::dict(py::arg("valid") = report.valid(), py::arg("closed") = report.closed,
                   py::arg("oriented") = report.oriented, py::arg("slabs") = report.slabs,
                   py::arg("vertices") = report.vertices, py::arg("tetrahedra") = report.tetrahedra,
                   py::arg("components") = report.components,
-                  py::arg("hypervolume") = report.hypervolume,
+                  py::arg("hypervolume") = hypervolume,
                   py::arg("boundary_volume") = report.boundaryVolume,
                   py::arg("vertex_links_ok") = report.vertexLinksOk, py::arg("issues") = issues);
 }

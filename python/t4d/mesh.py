@@ -402,7 +402,8 @@ class Mesh(Unchanging):
 
     def check(self, deep: bool = False, progress: Progress = None) -> Dict[str, Any]:
         """Whether the mesh is closed, oriented and valid; counts, components and measures; and the
-        findings, as ``t4d validate``. ``deep`` checks that every vertex is manifold, too."""
+        findings, as ``t4d validate``. ``hypervolume`` is None of what is open or not oriented.
+        ``deep`` checks that every vertex is manifold, too."""
         checks.flag("deep", deep)
         checks.function("progress", progress)
         with about(self._file):
@@ -410,8 +411,12 @@ class Mesh(Unchanging):
 
     @property
     def hypervolume(self) -> float:
-        """Enclosed, in length^3 times time."""
-        return float(self.check()["hypervolume"])
+        """Enclosed, in length^3 times time. ValueError if the mesh is open or not oriented, so that it
+        encloses nothing."""
+        found = self.check()["hypervolume"]
+        if found is None:
+            raise ValueError("the mesh is open or not oriented, and encloses nothing; t4d validate says where")
+        return float(found)
 
     def simplify(self, **options: Any) -> "Mesh":
         """A Mesh with fewer cells: ``max_error=0.1`` for the largest distance of a slice from that of

@@ -43,6 +43,19 @@ def test_the_papers_table_in_five_lines(models):
     ) + sum(len(s.vertices) - len(mesh.vertices) for s in (swept.slab(0), swept.slab(-1)))
 
 
+def test_what_is_open_encloses_nothing(models, program, tmp_path):
+    whole, opened = tmp_path / "whole.off", tmp_path / "open.off"
+    subprocess.run([program, "convert", models / "16-cell.off", whole, "--to", "off-ijk", "-q"], check=True)
+    lines = whole.read_text().splitlines()
+    opened.write_text("\n".join([line.replace("8 16 0", "8 15 0") for line in lines[:-1]]) + "\n")
+    subprocess.run([program, "convert", opened, tmp_path / "open.t4d", "--allow-open", "-q"], check=True)
+    mesh = t4d.read(tmp_path / "open.t4d")
+    found = mesh.check()
+    assert not found["closed"] and found["hypervolume"] is None
+    with pytest.raises(ValueError, match="is open or not oriented"):
+        mesh.hypervolume
+
+
 @pytest.mark.parametrize("name", ["cube", "screw"])
 def test_a_sweep_is_the_programs(models, tmp_path, name):
     mesh = t4d.read_triangles(models / "paper-cube.obj")
