@@ -1,16 +1,20 @@
 """Judges mutants of the reader in Python by the cases of the conformance kit, all in one process that forks for
 each mutant: a start of the reader for each of a thousand mutants would take hours.
 
-Run as a program, with the folder of a corpus, it reads sources of the reader from standard input, each as its length in bytes and a line end, then
-the bytes, and answers with a line of JSON: the case that notices the mutant, or null. The first source has to be the
-reader as it is: its times order the cases, the quickest first, and a mutant is tried with the cases that reach its
-statement alone.
+Run as a program, with the folder of a corpus, it reads sources of the reader from standard input, each as its length in
+bytes and a line end, then the bytes, and answers with a line of JSON: the case that notices the mutant, or null. The
+first source has to be the reader as it is. It shows which cases reach which statements, and what they take: a mutant is
+tried with those that reach its statement, first those that break its rule, then those that notice others of the same
+block, then the quickest. A second argument is the processor time after which a first run of a case is given up: such a
+case comes last, and with every mutant.
 """
 
 import ast
+import gc
 import importlib.util
 import json
 import os
+import re
 import resource
 import signal
 import subprocess
@@ -19,21 +23,26 @@ import tempfile
 import threading
 import time
 import types
-from collections import Counter
+from collections import Counter, defaultdict
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-RUNNER = ROOT / "conformance/package/python/t4d_conformance.py"
 # A request to a mutant may take that many times its usual processor time, and some seconds.
 TIMES, SECONDS = 10, 2
 MOST_BYTES = 4 << 30
+# What no case takes, in seconds.
+LONGEST = 2
 
 
 def load_runner():
-    spec = importlib.util.spec_from_file_location("t4d_conformance", RUNNER)
+    spec = importlib.util.spec_from_file_location(
+        "t4d_conformance", ROOT / "conformance/package/python/t4d_conformance.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+RUNNER = load_runner()
 
 
 class Late(BaseException):
@@ -52,14 +61,13 @@ class Case:
 
 def cases(corpus, folder):
     """Every request to a reader. Damaged copies are written into the folder."""
-    runner = load_runner()
     made = []
-    for name, path, trials in runner.cases(corpus):
+    for name, path, trials in RUNNER.cases(corpus):
         for trial in trials:
             file = path
             if trial.damage:
                 file = folder / f"{len(made)}.t4d"
-                file.write_bytes(runner.damaged(path.read_bytes(), trial.damage))
+                file.write_bytes(RUNNER.damaged(path.read_bytes(), trial.damage))
             made.append(Case(f"{name}: {trial.request}", trial, str(file)))
     return made
 
@@ -108,8 +116,14 @@ def reader_of(source, **more):
     return module
 
 
+def free(case):
+    """What a reader leaves in cycles, where it may be large."""
+    if case.seconds > 0.1:
+        gc.collect()
+
+
 def fault(reader, case):
-    """The fault of the reader's answer, or None."""
+    """What is wrong with the reader's answer, or None."""
     words = case.trial.request.split()
     request = reader.request_of(words)
     if not request:
@@ -117,7 +131,7 @@ def fault(reader, case):
     code, found = reader.answer(case.path, *request)
     if code > 1:
         return f"crashed: {found}"
-    return case.trial.fault("refuse" if code else "accept", found if code else json.dumps(found))
+    return RUNNER.fault(case.trial, "refuse" if code else "accept", found if code else json.dumps(found))
 
 
 def noticed(source, ordered, checksums, own_checksums):
@@ -139,13 +153,14 @@ def noticed(source, ordered, checksums, own_checksums):
             wrong = f"crashed: {error!r}"
         finally:
             signal.setitimer(signal.ITIMER_PROF, 0)
+        free(case)
         if wrong:
             return number, wrong
     return None
 
 
 def in_a_child(job):
-    """The result of job(), as JSON, or None where the child ends otherwise."""
+    """What job() returns, as JSON, or None where the child ends otherwise."""
     out, into = os.pipe()
     child = os.fork()
     if child == 0:
@@ -165,13 +180,19 @@ def in_a_child(job):
     return json.loads(text) if status == 0 else [0, f"ends with status {status}"]
 
 
-def measure(reader, reached):
+def measure(reader, reached, patience):
     for case in ALL:
         reached[:] = bytes(len(reached))
         begin = time.process_time()
-        wrong = fault(reader, case)
-        case.seconds = time.process_time() - begin
-        case.reached = bytes(reached)
+        signal.setitimer(signal.ITIMER_PROF, patience)
+        try:
+            wrong = fault(reader, case)
+            case.seconds, case.reached = time.process_time() - begin, bytes(reached)
+        except Late:
+            wrong, case.seconds, case.reached = None, LONGEST, b"\1" * len(reached)
+        finally:
+            signal.setitimer(signal.ITIMER_PROF, 0)
+        free(case)
         if wrong:
             raise SystemExit(f"the reader as it is fails in {case.name}: {wrong}")
 
@@ -181,8 +202,14 @@ def line_of(right, source):
     return right.count(b"\n", 0, len(os.path.commonprefix([right, source]))) + 1
 
 
-def serve():
-    killers = Counter()
+def rules_at(source, line):
+    """The rules that the statement of the line names, or a line beside it."""
+    near = source.decode().splitlines()[max(0, line - 2):line + 3]
+    return tuple(f"invalid/{rule}-" for rule in re.findall(r'"([A-Z]\d+)"', "\n".join(near)))
+
+
+def serve(patience):
+    killers, of_block = Counter(), defaultdict(Counter)
     checksums = None
     stream = sys.stdin.buffer
     out = os.fdopen(os.dup(1), "w")
@@ -191,20 +218,26 @@ def serve():
         if checksums is None:
             right, blocks = source, Blocks(source)
             reader = reader_of(blocks.tree, reached=blocks.reached)
+            at_start = bytes(blocks.reached)
             checksums = reader.crc32c = Checksums(reader.crc32c)
-            measure(reader, blocks.reached)
+            measure(reader, blocks.reached, patience)
+            gc.freeze()
             print(json.dumps(len(ALL)), file=out, flush=True)
             continue
         begin, end = right.index(b"def crc_table"), right.index(b"def padded")
         own = source[begin:end] != right[begin:end]
-        block = blocks.of_line(line_of(right, source))
-        # Mutants of checksums are not reached where a checksum is known already.
-        reaching = [i for i, case in enumerate(ALL) if block is None or own or case.reached[block]]
+        line = line_of(right, source)
+        block, rules = blocks.of_line(line), rules_at(right, line)
+        # Those of checksums are not reached where a checksum is known already.
+        by_all = block is None or own or at_start[block]
+        reaching = [i for i, case in enumerate(ALL) if by_all or case.reached[block]]
         # The mutants before tell which cases notice most.
-        ordered = sorted(reaching, key=lambda i: (-killers[i] if killers[i] > 2 else 0, ALL[i].seconds))
+        ordered = sorted(reaching, key=lambda i: (not ALL[i].name.startswith(rules), -of_block[block][i],
+                                                  -killers[i] if killers[i] > 2 else 0, ALL[i].seconds))
         found = in_a_child(lambda: noticed(source, ordered, checksums, own))
         if found:
             killers[found[0]] += 1
+            of_block[block][found[0]] += 1
             found = {"by": ALL[found[0]].name, "how": found[1][:200]}
         print(json.dumps(found), file=out, flush=True)
 
@@ -213,11 +246,12 @@ class Worker(threading.local):
     """A process that judges, one for each thread."""
 
     process = None
+    patience = LONGEST
 
     def judge(self, corpus, right, source):
         """The case that notices that the reader has another source, and how; or None."""
         if not self.process:
-            self.process = subprocess.Popen(["/usr/bin/python3", "-S", __file__, str(corpus)],
+            self.process = subprocess.Popen(["/usr/bin/python3", "-S", __file__, str(corpus), str(self.patience)],
                                             stdin=subprocess.PIPE, stdout=subprocess.PIPE)
             self.ask(right)
         return self.ask(source)
@@ -233,6 +267,7 @@ class Worker(threading.local):
 
 if __name__ == "__main__":
     signal.signal(signal.SIGPROF, late)
+    gc.disable()  # It takes a fifth of the time; free() makes up for it.
     with tempfile.TemporaryDirectory(prefix="t4d-mutate-") as made:
         ALL = cases(Path(sys.argv[1]), Path(made))
-        serve()
+        serve(float(sys.argv[2]))

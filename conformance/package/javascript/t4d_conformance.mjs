@@ -14,66 +14,42 @@ import { join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { parseArgs } from "node:util";
 
-const TEXTS = new Set(["name", "domain", "version", "features"]); // and checksums: all else is a number
-const DECIMAL = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
+const TEXTS = ["name", "domain", "version", "features"]; // and checksums: all else that is a string is a number
 const HEXADECIMAL = /^([+-]?)0x([0-9a-f]+)\.?([0-9a-f]*)(?:p([+-]?\d+))?$/i;
 const MOST_BYTES = 16 * 2 ** 20; // of an answer
 
-// What must be answered ----------------------------------------------------------------------------
-
-/** The number that C's strtod reads, or undefined. */
+/** The number that C's strtod reads, or NaN. */
 function number(text) {
-  if (typeof text !== "string") return undefined;
-  if (DECIMAL.test(text)) return Number(text);
-  const found = HEXADECIMAL.exec(text);
-  if (!found) return { inf: Infinity, "-inf": -Infinity, nan: NaN }[text.toLowerCase()];
-  const [, sign, whole, fraction, exponent] = found;
-  // At most 53 bits are set, so the division is exact; two factors, for 2^-1074 times 2^52 is no factor.
-  let value = Number(BigInt(`0x${whole}${fraction}`)), power = Number(exponent ?? 0) - 4 * fraction.length;
-  for (; power > 1000; power -= 1000) value *= 2 ** 1000;
-  for (; power < -1000; power += 1000) value *= 2 ** -1000;
-  return (sign === "-" ? -1 : 1) * value * 2 ** power;
+  const [, sign, whole, fraction, exponent] = HEXADECIMAL.exec(text) ?? [];
+  if (typeof text !== "string") return NaN;
+  if (!whole) return /^[+-]?[\d.]+(e[+-]?\d+)?$/i.test(text) ? Number(text) : NaN;
+  // At most 53 bits are set, so the first product is exact; two factors, for 2^-1074 times 2^52 is no factor.
+  const power = Number(exponent ?? 0) - 4 * fraction.length, half = Math.trunc(power / 2);
+  return Number(`${sign}1`) * Number(BigInt(`0x${whole}${fraction}`)) * 2 ** half * 2 ** (power - half);
 }
-
-const isObject = (value) => typeof value === "object" && value !== null && !Array.isArray(value);
 
 /** The first place where the answer differs, or undefined. `within` has tolerances, as in NAME.json. */
-function difference(expected, actual, within, path = "") {
-  if (isObject(expected)) {
-    if (!isObject(actual)) return `${path || "the answer"} is not an object`;
-    for (const [key, value] of Object.entries(expected)) {
-      const place = path ? `${path}.${key}` : key;
-      let inner = within, found;
-      if (isObject(within)) inner = within[key] ?? (key === "min" || key === "max" ? within.length : undefined);
-      if (!Object.hasOwn(actual, key)) return `${place} is missing`;
-      if (TEXTS.has(key) || key.endsWith("checksum")) {
-        if (JSON.stringify(actual[key]) !== JSON.stringify(value)) {
-          found = `${place} is ${JSON.stringify(actual[key])}, not ${JSON.stringify(value)}`;
-        }
-      } else {
-        found = difference(value, actual[key], inner, place);
-      }
+function difference(expected, actual, within, key = "", place = "the answer") {
+  const isExact = TEXTS.includes(key) || key.endsWith("checksum");
+  if (typeof expected === "string" && !isExact) {
+    if (Math.abs(number(actual) - number(expected)) <= number(within ?? "0")) return undefined;
+  } else if (isExact || !expected || !actual || Array.isArray(expected) !== Array.isArray(actual)
+      || expected.length !== actual.length) {
+    if (JSON.stringify(actual) === JSON.stringify(expected)) return undefined;
+  } else {
+    for (const [name, value] of Object.entries(expected)) {
+      const isList = Array.isArray(expected);
+      const inner = isList !== Array.isArray(within) ? within
+        : within?.[name === "min" || name === "max" ? "length" : name];
+      const found = difference(value, actual[name], inner, isList ? "" : name, `${place}.${name}`);
       if (found) return found;
     }
     return undefined;
   }
-  if (Array.isArray(expected)) {
-    if (!Array.isArray(actual) || actual.length !== expected.length) return `${path} has not ${expected.length} entries`;
-    for (let i = 0; i < expected.length; ++i) {
-      const inner = path === "bodies" && Array.isArray(within) ? within[i] : within;
-      const found = difference(expected[i], actual[i], inner, `${path}[${i}]`);
-      if (found) return found;
-    }
-    return undefined;
-  }
-  if (expected === null) return actual === null ? undefined : `${path} is not null`;
-  const given = number(actual);
-  if (given === undefined) return `${path} is ${JSON.stringify(actual)}, which is no number`;
-  const allowed = typeof within === "string" ? number(within) : 0;
-  return Math.abs(given - number(expected)) <= allowed ? undefined : `${path} is ${actual}, not ${expected}`;
+  return `${place} is ${JSON.stringify(actual)?.slice(0, 80)}, not ${JSON.stringify(expected).slice(0, 80)}`;
 }
 
-/** The fault of the reader's answer, or undefined. */
+/** What is wrong with the reader's answer, or undefined. */
 function faultOf({ result, answer }, verdict, text) {
   if (verdict === "refuse") return result === "valid" ? `refused a valid file: ${text.slice(0, 200)}` : undefined;
   if (result === "invalid") return "accepted, but must be refused";
@@ -84,20 +60,17 @@ function faultOf({ result, answer }, verdict, text) {
   }
 }
 
-const WORD = 2n ** 64n;
-
 /** The byte of pseudo-random garbage at this place (splitmix64). */
 function noise(place) {
-  let z = (BigInt(place) + 0x9e3779b97f4a7c15n) % WORD;
-  z = ((z ^ (z >> 30n)) * 0xbf58476d1ce4e5b9n) % WORD;
-  z = ((z ^ (z >> 27n)) * 0x94d049bb133111ebn) % WORD;
+  let z = BigInt.asUintN(64, BigInt(place) + 0x9e3779b97f4a7c15n);
+  z = BigInt.asUintN(64, (z ^ (z >> 30n)) * 0xbf58476d1ce4e5b9n);
+  z = BigInt.asUintN(64, (z ^ (z >> 27n)) * 0x94d049bb133111ebn);
   return Number((z ^ (z >> 31n)) & 0xffn);
 }
 
 function damaged(bytes, damage) {
-  if ("cut" in damage) return bytes.subarray(0, damage.cut);
-  const data = Buffer.from(bytes);
-  if ("flip" in damage) data[damage.flip[0]] ^= 1 << damage.flip[1];
+  const data = Buffer.from(bytes.subarray(0, damage.cut));
+  if (damage.flip) data[damage.flip[0]] ^= 1 << damage.flip[1];
   for (const [begin, size] of damage.overwrite ?? []) {
     for (let at = begin; at < begin + size; ++at) data[at] = damage.with === "ones" ? 0xff : noise(at);
   }
@@ -107,227 +80,182 @@ function damaged(bytes, damage) {
 /** {id, file, trials} of every case: valid files, the simplest first, then the others, then damaged ones. */
 export function cases(corpus, without = []) {
   const load = (name) => JSON.parse(readFileSync(join(corpus, name), "utf8"));
-  const rank = { valid: 0, either: 1, invalid: 2 };
-  const entries = load("manifest.json").files;
-  entries.sort((a, b) => rank[a.result] - rank[b.result] || (a.result !== "valid" ? 0
-    : a.features.length - b.features.length || a.bytes - b.bytes));
-  const answers = new Map(), unknown = new Set(), made = [];
-  for (const entry of entries) {
-    const { id, file, result } = entry;
-    let trials = ["describe", ...(entry.refused_slices ?? []).map((time) => `slice ${time}`)]
-      .map((request) => ({ request, result }));
-    if (entry.expected) {
-      const known = load(entry.expected);
-      const slices = known.slices.map((answer) => ({ request: `slice ${answer.time}`, result, answer }));
-      const sections = known.sections.map((answer) => ({ request: `slice ${answer.by}`, result, answer }));
-      answers.set(file, new Map(slices.map((trial) => [trial.request, trial.answer])));
-      trials = [{ request: "describe", result, answer: known.describe }, ...slices,
-        ...(without.includes("hyperplanes") ? [] : sections)];
-      if (known.describe.answer.features.some((feature) => without.includes(feature))) {
-        unknown.add(file);
-        trials = [{ request: "describe", result: "invalid" }];
-      }
+  const rank = ({ result, features, bytes }) => (result === "valid" ? 1e12 * features.length + bytes : 1e15);
+  const slices = new Map(); // answers by request, of each file that the reader knows
+  const made = load("manifest.json").files.sort((a, b) => rank(a) - rank(b)).map((entry) => {
+    let { result } = entry, requests = [["describe"], ...(entry.refused_slices ?? []).map((at) => [`slice ${at}`])];
+    const known = entry.expected && load(entry.expected);
+    if (known?.describe.answer.features.some((feature) => without.includes(feature))) {
+      [result, requests] = ["invalid", [["describe"]]];
+    } else if (known) {
+      slices.set(entry.file, new Map(known.slices.map((answer) => [`slice ${answer.time}`, answer])));
+      requests = [["describe", known.describe], ...slices.get(entry.file)];
+      const sections = without.includes("hyperplanes") ? [] : known.sections;
+      requests.push(...sections.map((answer) => [`slice ${answer.by}`, answer]));
     }
-    made.push({ id, file, trials });
-  }
-  for (const { id, file, trials } of load("damaged.json").cases) {
-    if (unknown.has(file)) continue;
-    made.push({ id, file, trials: trials.map((damage) => "overwrite" in damage && damage.request !== "describe"
-      ? { request: damage.request, result: "valid", answer: answers.get(file).get(damage.request), damage }
-      : { request: damage.request, result: "invalid", damage }) });
-  }
-  return made;
+    return { ...entry, trials: requests.map(([request, answer]) => ({ request, result, answer })) };
+  });
+  const copies = load("damaged.json").cases.filter(({ file }) => slices.has(file));
+  return [...made, ...copies.map(({ id, file, trials }) => ({ id, file, trials: trials.map((damage) => {
+    // A slice needs nothing of what is overwritten.
+    const answer = damage.overwrite && slices.get(file).get(damage.request);
+    return { request: damage.request, result: answer ? "valid" : "invalid", answer, damage };
+  }) }))];
 }
 
-// The reader ---------------------------------------------------------------------------------------
-
-/** A serving reader, restarted after anything that is not an answer. */
+/** A serving reader, started again after whatever is no answer. */
 class Reader {
-  constructor(command, seconds, folder) {
-    Object.assign(this, { command, seconds, errors: join(folder, "errors"), process: undefined });
+  constructor(command, seconds, errors) {
+    Object.assign(this, { command, seconds, errors });
   }
 
   start() {
     const log = openSync(this.errors, "w");
-    const [program, ...options] = this.command;
-    const process = spawn(program, [...options, "--serve"], { stdio: ["pipe", "pipe", log] });
+    this.process = spawn(`exec ${this.command} --serve`, { shell: true, stdio: ["pipe", "pipe", log] });
     closeSync(log);
-    Object.assign(this, { process, left: [], bytes: 0, ended: undefined, changed: () => {} });
-    process.stdout.on("data", (data) => { this.left.push(data); this.bytes += data.length; this.changed(data); });
-    process.stdin.on("error", () => {}); // It has ended, which is found below.
-    const end = (code, signal) => { this.ended ??= `exit code ${code ?? signal}`; this.changed(); };
-    process.on("error", (error) => end(error.message));
-    process.on("close", end);
+    Object.assign(this, { left: "", ended: undefined, changed: () => {} });
+    this.process.on("close", (code, signal) => { this.ended = `exit code ${code ?? signal}`; this.changed(); });
+    this.process.stdout.setEncoding("utf8").on("data", (text) => { this.left += text; this.changed(); });
+    this.process.stdin.on("error", () => {}); // It has ended, which is found below.
+  }
+
+  /** Until something has changed. */
+  change() {
+    return new Promise((resolve) => { this.changed = resolve; });
   }
 
   /** [verdict, text]: "accept" or "refuse", or "crashed" or "timed out" with the reason. */
   async ask(request, path) {
     if (!this.process) this.start();
-    const line = new Promise((resolve) => {
-      const timer = setTimeout(() => resolve(["timed out", `no answer within ${this.seconds} s`]), 1000 * this.seconds);
-      this.changed = (data) => {
-        if (data?.includes(10)) resolve(undefined);
-        else if (this.ended) resolve(["crashed", "ended instead of answering"]);
-        else if (this.bytes > MOST_BYTES) resolve(["crashed", "16 MiB without a line end"]);
-        else return;
-        clearTimeout(timer);
-      };
-    });
-    if (this.ended) this.changed();
     this.process.stdin.write(`${request} ${path}\n`);
-    const [verdict, why] = (await line) ?? [];
-    if (verdict) return [verdict, await this.end(why)];
-    const found = Buffer.concat(this.left), at = found.indexOf(10);
-    this.left = [found.subarray(at + 1)];
-    this.bytes = found.length - at - 1;
-    const text = found.toString("utf8", 0, at), word = text.split(" ", 1)[0];
-    if (word === "accept" || word === "refuse") return [word, text.slice(word.length + 1)];
-    return ["crashed", await this.end(`answered ${JSON.stringify(text.slice(0, 80))}`)];
-  }
-
-  /** What it did after its last answer, though it was not asked; or undefined. */
-  async lateFault() {
-    await new Promise(setImmediate);
-    return this.process && (this.bytes || this.ended) ? this.end("wrote or ended after its answer") : undefined;
+    let isLate = false;
+    const timer = setTimeout(() => { isLate = true; this.changed(); }, 1000 * this.seconds);
+    const isWaiting = () => !this.left.includes("\n") && this.left.length <= MOST_BYTES && !this.ended && !isLate;
+    while (isWaiting()) await this.change();
+    clearTimeout(timer);
+    const [, verdict, text] = /^(accept|refuse)(?: ([^\n]*))?\n/.exec(this.left) ?? [];
+    if (verdict) {
+      this.left = this.left.slice(this.left.indexOf("\n") + 1);
+      return [verdict, text ?? ""];
+    }
+    if (this.left.includes("\n")) return ["crashed", await this.end(`answered ${this.left.slice(0, 80)}`)];
+    if (isLate) return ["timed out", await this.end(`no answer within ${this.seconds} s`)];
+    return ["crashed", await this.end(this.ended ? "ended instead of answering" : "16 MiB without a line end")];
   }
 
   async end(why = "") {
-    const process = this.process;
-    if (!process) return why;
+    if (!this.process) return why;
+    this.process.kill("SIGKILL");
+    while (!this.ended) await this.change();
     this.process = undefined;
-    process.kill("SIGKILL");
-    if (!this.ended) await new Promise((resolve) => { this.changed = () => this.ended && resolve(); });
-    const said = readFileSync(this.errors, "utf8").slice(-300).trim();
-    return `${why} (${this.ended})${said ? `: ${said}` : ""}`;
+    return `${why} (${this.ended}): ${readFileSync(this.errors, "utf8").slice(-300).trim()}`;
   }
 }
 
-/** A map of the outcomes [[outcome, message]] of the cases; none where the case passed. */
-export async function run(corpus, command, chosen, { jobs = 1, seconds = 60, first = false } = {}) {
-  const results = new Map(chosen.map(({ id }) => [id, []]));
-  const slow = []; // A reader that waits for ever is asked some times more, not thousands of times.
-  let next = 0, found = false;
-  const blame = (id, outcome, message) => { results.get(id).push([outcome, message]); found = true; };
-  const work = async (folder) => {
-    const reader = new Reader(command, seconds, folder), path = join(folder, "file.t4d");
+/** A map of [outcome, message], or undefined where all is right, of the cases that were tried. */
+export async function run(corpus, command, chosen, jobs, seconds, first) {
+  const results = new Map(), left = chosen.values(), outcomes = [];
+  const blame = (id, ...fault) => {
+    outcomes.push(fault[0]);
+    results.set(id, results.get(id) ?? fault);
+  };
+  const work = async (path) => {
+    const reader = new Reader(command, seconds, `${path}.errors`);
     let last;
     const late = async () => {
-      const fault = last && await reader.lateFault();
-      if (fault) blame(last, "crashed", fault);
+      await new Promise(setImmediate);
+      if (reader.process && (reader.left || reader.ended)) {
+        blame(last, "crashed", await reader.end("wrote or ended after its answer"));
+      }
     };
-    while (next < chosen.length && slow.length <= 20 && !(first && found)) {
-      const { id, file, trials } = chosen[next++];
+    for (const { id, file, trials } of left) { // which the workers share
+      // A reader that waits for ever is asked some times more, not thousands of times.
+      if (first && outcomes.length || outcomes.filter((each) => each === "timed out").length > 20) break;
       const bytes = readFileSync(join(corpus, file));
+      results.set(id, undefined);
       for (const trial of trials) {
         await late();
         writeFileSync(path, trial.damage ? damaged(bytes, trial.damage) : bytes);
+        let [outcome, text] = await reader.ask(trial.request, path);
         last = id;
-        const [verdict, text] = await reader.ask(trial.request, path);
-        const about = trial.request + (trial.damage ? `, ${JSON.stringify(trial.damage).slice(0, 80)}` : "");
-        if (verdict !== "accept" && verdict !== "refuse") {
-          blame(id, verdict, `${about}: ${text}`);
-          if (verdict === "timed out" && slow.push(id) && slow.filter((each) => each === id).length > 1) break;
-        } else {
-          const fault = faultOf(trial, verdict, text);
-          if (!fault) continue;
-          blame(id, "failed", `${about}: ${fault}`);
-          await reader.end(); // What it keeps from this request is not to mislead the next.
-        }
+        if (outcome === "accept" || outcome === "refuse") [outcome, text] = ["failed", faultOf(trial, outcome, text)];
+        if (!text) continue;
+        blame(id, outcome, `${trial.request} ${JSON.stringify(trial.damage) ?? ""}: ${text}`);
+        await reader.end(); // What it keeps from this request is not to mislead the next.
+        break;
       }
     }
     await late();
     await reader.end();
   };
-  const folders = Array.from({ length: jobs }, () => mkdtempSync(join(os.tmpdir(), "t4d-conformance-")));
-  try {
-    await Promise.all(folders.map(work));
-  } finally {
-    for (const folder of folders) rmSync(folder, { recursive: true });
-  }
+  const folder = mkdtempSync(join(os.tmpdir(), "t4d-conformance-"));
+  process.on("exit", () => rmSync(folder, { recursive: true }));
+  await Promise.all(Array.from({ length: jobs }, (_, i) => work(join(folder, `${i}.t4d`))));
   return results;
 }
 
-// Reports ------------------------------------------------------------------------------------------
-
-const escaped = (text) => text.replace(/[^ -~]/g, "?")
-  .replace(/[&<>"]/g, (each) => ({ "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" })[each]);
+const escaped = (text) => text.replace(/[^ -~]/g, "?").replace(/[&<>"]/g, (each) => `&#${each.charCodeAt()};`);
 
 export function junit(results) {
-  const failed = [...results.values()].filter((wrong) => wrong.length).length;
+  const lines = [...results].map(([id, wrong]) => {
+    const [kind, name] = escaped(id).split("/"), found = wrong ? `<failure message="${escaped(wrong[1])}"/>` : "";
+    return `<testcase classname="${kind}" name="${name}">${found}</testcase>\n`;
+  });
+  const failed = [...results.values()].filter(Boolean).length;
   return `<?xml version="1.0" encoding="UTF-8"?>
-<testsuite name="t4d-conformance" tests="${results.size}" failures="${failed}">
-${[...results].map(([id, [wrong]]) => `<testcase classname="${id.split("/")[0]}" name="${escaped(id.split("/")[1])}">${
-    wrong ? `<failure message="${escaped(wrong[1])}"/>` : ""}</testcase>`).join("\n")}
-</testsuite>
-`;
+<testsuite name="t4d-conformance" tests="${results.size}" failures="${failed}">\n${lines.join("")}</testsuite>\n`;
 }
 
 export function badge(results, version) {
-  const passed = [...results.values()].filter((wrong) => !wrong.length).length;
-  const text = `${passed} of ${results.size}`, left = `.t4d corpus ${version}`, right = 8 * text.length + 10;
-  const color = passed === results.size ? "#2e7d32" : "#c62828";
-  return `<svg xmlns="http://www.w3.org/2000/svg" width="${130 + right}" height="20" role="img" `
-    + `aria-label="${left}: ${text}"><rect width="130" height="20" fill="#444"/><rect x="130" width="${right}" `
-    + `height="20" fill="${color}"/><g fill="#fff" text-anchor="middle" font-family="sans-serif" font-size="11">`
-    + `<text x="65" y="14">${left}</text><text x="${130 + right / 2}" y="14">${text}</text></g></svg>\n`;
+  const passed = [...results.values()].filter((wrong) => !wrong).length, isRight = passed === results.size;
+  const left = `.t4d corpus ${version}`, right = `${passed} of ${results.size}`;
+  return `<svg xmlns="http://www.w3.org/2000/svg" width="240" height="20" role="img" aria-label="${left}: ${right}">
+<rect width="130" height="20" fill="#444"/>
+<rect x="130" width="110" height="20" fill="${isRight ? "#2e7d32" : "#c62828"}"/>
+<g fill="#fff" text-anchor="middle" font-family="sans-serif" font-size="11">
+<text x="65" y="14">${left}</text><text x="185" y="14">${right}</text></g></svg>\n`;
 }
 
 const USAGE = `Usage: t4d-conformance --reader COMMAND [OPTION...]
-Runs a serving reader of .t4d files against the corpus.
-  --reader COMMAND   is started with --serve
-  --corpus FOLDER    another corpus
-  --only GLOB        run only these cases; repeatable
-  --without NAMES    what the reader lacks, with commas: zstd, means, pose, grid, hyperplanes
-  --junit FILE       write a report for CI
-  --badge FILE       write a picture for a README (SVG)
-  --json             print the outcome of each case as JSON
-  --first            stop at the first fault
-  --timeout SECONDS  per request (60)
-  --parallel N       readers at a time`;
+Runs a reader of .t4d files, which is started with --serve, against the corpus. Options:
+  --only GLOB (repeatable), --without NAMES (zstd,means,pose,grid,hyperplanes), --junit FILE, --badge FILE (SVG),
+  --json, --first (stop at the first fault), --corpus FOLDER, --timeout SECONDS (per request), --parallel N`;
 
-/** The words of a command, of which quotes keep spaces. */
-const wordsOf = (command) => [...command.matchAll(/(?:"[^"]*"|'[^']*'|\\.|[^\s"'\\])+/g)]
-  .map(([word]) => word.replace(/"([^"]*)"|'([^']*)'|\\(.)/g, (_, a, b, c) => a ?? b ?? c));
+/** What matches a glob: a case, its kind or its name. */
+const matcher = (glob) => new RegExp(`^(?:[^/]*/)?${glob.replace(/[.+^${}()|\\]/g, "\\$&")
+  .replace(/\*/g, ".*").replace(/\?/g, ".")}(?:/.*)?$`);
 
 export async function main(args) {
-  const text = { type: "string" };
-  let options;
+  const text = { type: "string" }, flag = { type: "boolean" };
+  const types = { reader: text, only: { ...text, multiple: true }, without: text, junit: text, badge: text, json: flag,
+    first: flag, corpus: text, timeout: text, parallel: text, help: flag };
+  let options = { corpus: join(fileURLToPath(import.meta.url), "../corpus"), timeout: 60, parallel: os.cpus().length };
   try {
-    options = parseArgs({ args, options: { reader: text, corpus: text, only: { ...text, multiple: true }, without: text,
-      junit: text, badge: text, json: { type: "boolean" }, first: { type: "boolean" }, timeout: text, parallel: text,
-      help: { type: "boolean" } } }).values;
+    options = { ...options, ...parseArgs({ args, options: types }).values };
   } catch (error) {
-    console.error(`${error.message}\n${USAGE}`);
-    return 2;
+    console.error(error.message);
   }
   if (options.help || !options.reader) {
     (options.help ? console.log : console.error)(USAGE);
     return options.help ? 0 : 2;
   }
-  const corpus = options.corpus ?? join(fileURLToPath(import.meta.url), "../corpus");
+  const { corpus, first } = options, globs = (options.only ?? ["*"]).map(matcher);
   const version = readFileSync(join(corpus, "VERSION"), "utf8").split(/\s/)[1];
-  const globs = (options.only ?? []).map((glob) => new RegExp(`^(?:[^/]*/)?${glob.replace(/[.+^${}()|\\]/g, "\\$&")
-    .replace(/\*/g, ".*").replace(/\?/g, ".")}(?:/.*)?$`));
-  const chosen = cases(corpus, options.without?.split(",")).filter(
-    ({ id }) => !globs.length || globs.some((glob) => glob.test(id)));
+  const chosen = cases(corpus, options.without?.split(",")).filter(({ id }) => globs.some((glob) => glob.test(id)));
   if (!chosen.length) {
     console.error("no case has such a name");
     return 2;
   }
-  const jobs = Number(options.parallel ?? (os.availableParallelism?.() ?? os.cpus().length));
-  const results = await run(corpus, wordsOf(options.reader), chosen,
-    { jobs, seconds: Number(options.timeout ?? 60), first: options.first });
+  const [jobs, seconds] = [options.parallel, options.timeout].map(Number);
+  const results = await run(corpus, options.reader, chosen, jobs, seconds, first);
   if (options.junit) writeFileSync(options.junit, junit(results));
   if (options.badge) writeFileSync(options.badge, badge(results, version));
-  const wrong = [...results].filter(([, found]) => found.length);
+  const wrong = [...results].filter(([, found]) => found);
   if (options.json) {
-    console.log(JSON.stringify({ corpus_version: version,
-      cases: [...results].map(([id, [found]]) => ({ id, outcome: found?.[0] ?? "passed" })) }));
+    const outcomes = [...results].map(([id, found]) => ({ id, outcome: found?.[0] ?? "passed" }));
+    console.log(JSON.stringify({ corpus_version: version, cases: outcomes }));
   } else {
-    for (const [id, found] of wrong.slice(0, 20)) {
-      const more = found.length > 1 ? `; and ${found.length - 1} more` : "";
-      console.log(`${found[0][0]} ${id}\n  ${found[0][1]}${more}`);
-    }
+    for (const [id, [outcome, message]] of wrong.slice(0, 20)) console.log(`${outcome} ${id}\n  ${message}`);
     console.log(`${results.size - wrong.length} passed, ${wrong.length} failed (corpus ${version})`);
   }
   return wrong.length ? 1 : 0;
