@@ -58,7 +58,7 @@ Request requestOf(const std::vector<std::string>& words) {
     return [time = *number](const std::string& path) { return sliceFile(path, time); };
   }
   const auto normal = normalOf(words[1]);
-  if (words.size() != 3 || !normal) return {};
+  if (words.size() != 3 || !normal || normal->isZero(0)) return {};
   return [plane = slice::Hyperplane{*normal, *number}](const std::string& path) {
     return sliceFile(path, plane);
   };

@@ -21,7 +21,7 @@ func main() {
 		serve()
 		return
 	}
-	if len(arguments) < 2 {
+	if len(arguments) < 2 || !isRequest(arguments[1:]) {
 		fmt.Fprintln(os.Stderr, usage)
 		os.Exit(2)
 	}
@@ -31,6 +31,14 @@ func main() {
 		os.Exit(1)
 	}
 	fmt.Println(reply)
+}
+
+// isRequest tells whether the words ask something of a file; other words say nothing about it.
+func isRequest(words []string) bool {
+	if len(words) == 1 {
+		return words[0] == "describe"
+	}
+	return attempt(func() { parseHyperplane(words) }) == nil
 }
 
 // serve answers a request a line.
