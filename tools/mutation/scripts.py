@@ -28,7 +28,7 @@ class Reader:
     files: str   # a pattern
     folder: str  # is copied
     command: str
-    # Functions that only a process of its own shows; None where that is so of all.
+    # Functions that only a process of its own shows, as it does what is in none; None where that is so of all.
     talking: tuple | None = None
 
 
@@ -143,7 +143,7 @@ class PythonChanges(ast.NodeVisitor, Changes):
         self.generic_visit(node)
 
     def visit_Return(self, node):
-        if node.value is not None:
+        if node.value is not None and getattr(node.value, "value", 0) is not None:
             self.add("return", *self.span(node.value), "None")
         self.generic_visit(node)
 
@@ -263,7 +263,7 @@ def judge(mutant):
         found = WORKER.judge(CORPUS, right, source)
         if found:
             return {"outcome": "killed", **found, "reached by": 1}
-        if function_of(right, mutant.line) not in reader.talking:
+        if function_of(right, mutant.line) not in (None, *reader.talking):
             return {"outcome": "survived", "reached by": 1, "tests run": 1, "tests": ["kit.py"]}
     place = FOLDER / "readers" / str(mutant.number)
     copy(reader, place)
@@ -310,11 +310,14 @@ def copy(reader, place):
 
 
 def tests_of(reader, place):
-    kit = Test("t4d conform reader", [str(PROGRAM), "conform", "reader", "--reader", reader.command,
-                                      "--serve", "--first"], str(place), {})
-    if reader.folder != "web":
-        return [kit]
-    return [Test("web/reader/test", ["node", "--test", "web/reader/test"], str(place), {}), kit]
+    def kit(*options):
+        return Test("t4d conform reader " + " ".join(options), [
+            str(PROGRAM), "conform", "reader", "--reader", reader.command, "--first", *options], str(place), {})
+
+    if reader.talking is not None:  # kit.py has judged its answers.
+        return [Test("calls", [str(ROOT / "conformance/readers/calls"), reader.command], str(place), {}),
+                *(kit(*way, "--only", "cross-polytope", "invalid/H*") for way in (("--serve",), ()))]
+    return [Test("web/reader/test", ["node", "--test", "web/reader/test"], str(place), {}), kit("--serve")]
 
 
 def failing(tests):
