@@ -52,17 +52,15 @@ class PairSearches {
     const auto isFirst = [&](const Visit& visit) {
       return visit.window == searches_[visit.pair].nearestByBoxes();
     };
-    done = forEachWindow(
-        isSeeded, isFirst,
-        [&](const Visit& visit) -> Result<void> {
-          if (isFirst(visit)) searches_[visit.pair].findClearance(visit.window);
-          return {};
-        },
-        {});
+    done = forEachWindow(isSeeded, isFirst,
+                         [&](const Visit& visit) -> Result<void> {
+                           if (isFirst(visit)) searches_[visit.pair].findClearance(visit.window);
+                           return {};
+                         },
+                         {});
     if (!done) return done.error();
     done = forEachWindow(
-        apart,
-        [&](const Visit& visit) { return searches_[visit.pair].mayBeNearest(visit.window); },
+        apart, [&](const Visit& visit) { return searches_[visit.pair].mayBeNearest(visit.window); },
         [&](const Visit& visit) -> Result<void> {
           searches_[visit.pair].findClearance(visit.window);
           return {};

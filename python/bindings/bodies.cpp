@@ -221,8 +221,7 @@ py::dict check(const Body& body, bool deep, py::object callback) {
   return py::dict(py::arg("valid") = report.valid(), py::arg("closed") = report.closed,
                   py::arg("oriented") = report.oriented, py::arg("slabs") = report.slabs,
                   py::arg("vertices") = report.vertices, py::arg("tetrahedra") = report.tetrahedra,
-                  py::arg("components") = report.components,
-                  py::arg("hypervolume") = hypervolume,
+                  py::arg("components") = report.components, py::arg("hypervolume") = hypervolume,
                   py::arg("boundary_volume") = report.boundaryVolume,
                   py::arg("vertex_links_ok") = report.vertexLinksOk, py::arg("issues") = issues);
 }
