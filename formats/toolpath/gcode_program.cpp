@@ -409,9 +409,9 @@ Result<void> GcodeProgram::ifThen(std::string_view text) {
 Result<void> GcodeProgram::goTo(GcodeWords& words) {
   const auto number = words.expression();
   if (!number) return number.error();
-  const auto found = numbers_.find(fmt::format("{:g}", *number));
+  const auto found = numbers_.find(fmt::format("{:.10g}", *number));
   if (!words.atEnd() || found == numbers_.end()) {
-    return invalid(fmt::format("GOTO {0:g}: no line has N{0:g}", *number));
+    return invalid(fmt::format("GOTO {0:.10g}: no line has N{0:.10g}", *number));
   }
   const auto next = std::ranges::upper_bound(found->second, at_);
   next_ = next == found->second.end() ? found->second.front() : *next;
@@ -463,7 +463,7 @@ Result<void> GcodeProgram::call(const OWord& word) {
     GcodeWords words(label, parameters_);
     const auto number = words.bracketed();
     if (!number) return number.error();
-    label = fmt::format("{:g}", *number);
+    label = fmt::format("{:.10g}", *number);
   }
   const auto sub = subs_.find(label);
   if (sub == subs_.end()) {
@@ -521,7 +521,7 @@ Result<std::pair<std::size_t, double>> GcodeProgram::numberedSub(const GcodeBloc
   // P30100 of older controls is O0100 three times.
   constexpr double kNumbers = 10'000;
   if (*block.p >= kNumbers && !block.l) {
-    const auto name = names_.find(fmt::format("{:g}", std::fmod(*block.p, kNumbers)));
+    const auto name = names_.find(fmt::format("{:.10g}", std::fmod(*block.p, kNumbers)));
     if (name != names_.end()) return std::pair(name->second, std::floor(*block.p / kNumbers));
   }
   return invalid(
