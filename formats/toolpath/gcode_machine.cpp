@@ -60,6 +60,7 @@ Result<void> GcodeMachine::apply(const GcodeBlock& given, std::uint64_t line, st
   GcodeBlock block = given;
   takeWholeNumbers(block);
   if (auto good = checkWords(block); !good) return good;
+  if (auto good = checkHeldMoves(block); !good) return good;
   if (auto done = setFeed(block); !done) return done;
   if (const auto units = block.code(GcodeGroup::Units)) {
     modes_.unit = *units == 200 ? kMmPerInch : 1;
@@ -90,6 +91,24 @@ Result<void> GcodeMachine::apply(const GcodeBlock& given, std::uint64_t line, st
   if (block.hasAxes() || block.hasCentre() || (block.r && !cycles)) return move(block);
   if (cycles && block.code(GcodeGroup::Motion)) {
     return invalid(fmt::format("{} stands without X, Y or Z", gcodeWord(*motion_)));
+  }
+  return {};
+}
+
+/// Refuses what goes elsewhere, in another plane or with another tool, while the end of the last
+/// move waits for the next one.
+Result<void> GcodeMachine::checkHeldMoves(const GcodeBlock& block) const {
+  const auto code = block.code(GcodeGroup::NonModal);
+  const auto plane = block.code(GcodeGroup::Plane);
+  const int now = modes_.plane[2] == 2 ? 170 : modes_.plane[2] == 1 ? 180 : 190;
+  const bool leaves = block.changesTool || block.namesTool || code == 280 || code == 300 ||
+                      code == 530 || (plane && *plane != now);
+  if (!leaves) return {};
+  if (corner_) return invalid(missingAfterCorner());
+  if (compensation_) {
+    return invalid(
+        "a tool, a plane or a place of the machine is chosen where the cutter is compensated; give "
+        "G40 before");
   }
   return {};
 }
@@ -265,8 +284,10 @@ Result<void> GcodeMachine::setModes(const GcodeBlock& block) {
   }
   if (const auto distance = block.code(GcodeGroup::Distance)) modes_.relative = *distance == 910;
   if (const auto centres = block.code(GcodeGroup::Centres)) modes_.relativeCentre = *centres == 911;
-  if (const auto retract = block.code(GcodeGroup::Retract))
+  if (const auto retract = block.code(GcodeGroup::Retract)) {
     modes_.retractsToClear = *retract == 990;
+    habits_.guessed = false;  // it no longer matters
+  }
   if (const auto polar = block.code(GcodeGroup::Polar)) modes_.polar = *polar == 160;
   const auto length = block.code(GcodeGroup::ToolLength);
   if (length) {
@@ -383,9 +404,13 @@ void GcodeMachine::noteLengthOffset() {
 }
 
 Result<ToolPath> GcodeMachine::finish(const InputFile& file) {
-  if (corner_) return invalid(missingAfterCorner());
-  if (nurbs_) return invalid("G5.2 is not ended, by G5.3");
-  if (auto ended = endCompensation(); !ended) return ended.error();
+  if (corner_) return invalid(missingAfterCorner(), file.atLine(corner_->line));
+  if (nurbs_) return invalid("G5.2 is not ended, by G5.3", file.atLine(line_));
+  if (auto ended = endCompensation(); !ended) {
+    Error error = ended.error();
+    error.where = file.atLine(line_);
+    return error;
+  }
   builder_.path.moves = moves_;
   builder_.path.dwell = dwell_;
   builder_.path.unknownMoves = leftOut_;

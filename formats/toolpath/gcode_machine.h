@@ -65,6 +65,7 @@ class GcodeMachine {
   void keepModes(const GcodeBlock& block, std::size_t depth);
   void takeWholeNumbers(GcodeBlock& block);
   Result<void> checkWords(const GcodeBlock& block) const;
+  Result<void> checkHeldMoves(const GcodeBlock& block) const;
   Result<void> checkRotaries(const GcodeBlock& block) const;
   Result<void> setFeed(const GcodeBlock& block);
   Result<void> setTool(const GcodeBlock& block);

@@ -364,6 +364,12 @@ Result<void> GcodeMachine::setSeries(const GcodeBlock& block) {
     return invalid(fmt::format("{}: L{:g} is not a whole number up to {}", word, repeats,
                                model::kMaxSegments));
   }
+  if (habits_.guessed) {
+    habits_.guessed = false;
+    notes_.emplace_back(line_,
+                        "the program looks like one of Fanuc's controls, so that cycles begin with "
+                        "G98; --dialect linuxcnc begins with G99");
+  }
   if (!series_) series_ = Series{.level = at_[w]};
   if (series_->code != *motion_) series_ = Series{.code = *motion_, .level = series_->level};
   if (block.r) series_->clear = *block.r * modes_.unit;

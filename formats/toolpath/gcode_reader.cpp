@@ -25,7 +25,7 @@ Result<ToolPath> readGcode(const InputFile& file, const ToolPathOptions& options
   }
   auto path = machine.finish(file);
   if (!path) {
-    path.error().where = file.path.string();
+    if (path.error().where.empty()) path.error().where = file.path.string();
     return path;
   }
   if (program.repeatsForEver()) {

@@ -321,6 +321,16 @@ TEST(Gcode, TheCutterStaysBesideThePath) {
             std::string::npos);
   EXPECT_NE(refusalOf(gcode(start + "G41 G1 X-9.5\nX3", options)).find("not longer than"),
             std::string::npos);
+  // Nothing else comes between two moves of which the first one waits for the second.
+  options.offsets = {{530, Point3::Zero()}};
+  for (const char* word : {"T2 M6", "G18", "G28 Z0", "G53 G0 Z9"}) {
+    EXPECT_NE(refusalOf(gcode(start + "G41 G1 X0\n" + word, options)).find("give G40 before"),
+              std::string::npos)
+        << word;
+    EXPECT_NE(refusalOf(gcode(start + "G1 X0,R1\n" + word, options)).find("has no straight move"),
+              std::string::npos)
+        << word;
+  }
 }
 
 TEST(Gcode, CornersAreRoundedAndCutOff) {
@@ -370,6 +380,14 @@ TEST(Gcode, DialectsDifferInNumbersWithoutAPointAndInCycles) {
   EXPECT_EQ(endOf(guessed), Point3(5, 0, 0));
   EXPECT_EQ(guessed->notices.size(), 1U);
   EXPECT_EQ(endOf(gcode("%\nO1234\nG0 X0 Y0 Z0\nX5000 Y1.5\nM30\n%")), Point3(5000, 1.5, 0));
+  // So it does in cycles that say nothing of their retraction, with a note.
+  const std::string hole = "G0 X0 Y0 Z9\nG81 X1 Z-3 R1 F60\n";
+  const auto cycle = gcode("%\nO1234\n" + hole + "M30\n%");
+  EXPECT_EQ(endOf(cycle), Point3(1, 0, 9));
+  ASSERT_EQ(cycle->notices.size(), 1U);
+  EXPECT_NE(cycle->notices[0].find("cycles begin with G98"), std::string::npos);
+  EXPECT_TRUE(gcode("%\nO1234\nG98\n" + hole + "M30\n%")->notices.empty());
+  EXPECT_EQ(endOf(gcode(hole)), Point3(1, 0, 1));
   ToolPathOptions siemens;
   siemens.dialect = GcodeDialect::Siemens;
   EXPECT_EQ(endOf(gcode("G70 G0 X0 Y0 Z0\nX1", siemens)), Point3(25.4, 0, 0));

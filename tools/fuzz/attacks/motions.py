@@ -478,7 +478,15 @@ def gcode(attack):
             f"G53 G0 Z0\nG0 X0 Y0 Z{rng.randint(11, 20)}", "G55", "G54", "G10 L20 P2 X0 Y0 Z0", "G17", "G98", "G99", "T1 M6",
             "G43 H1", f"G91 G1 {words('XYZ')} F500\nG90", f"G43.4\nG1 {words('XYZ')} F500\nG49",
             "T1 M6" if tools[1] == "flat:d=6,l=30" else "T2 M6", f"G93 G1 {words('XYZ')} F9\nG94",
-            f"#1={number()}", f"#2=[{number()}]", f"M98 P100 L{rng.randint(0, 3)}", "/G0 X1"])
+            f"#1={number()}", f"#2=[{number()}]", f"M98 P100 L{rng.randint(0, 3)}", "/G0 X1",
+            f"G{rng.choice(['41', '42', '41.1 D3', '42.1 D3'])} G1 {words('XY')} F500\n{words('XY')}\n{words('XY')}\nG40",
+            "G41", "G40", f"G1 X{number()} Y{number()} ,{rng.choice('RC')}1 F500\n{words('XY')}", "G1 X1 ,R1 F500",
+            f"G5 {words('XY')} I1 J2 P-1 Q2 F500", f"G5.1 {words('XY')} I1 J2 F500",
+            f"G5.2 {words('XY')} P1 L3 F500\n{words('XY')}\n{words('XY')}\nG5.3\nG1", f"G33 {words('Z')} K1 S100\nG1",
+            f"G68 {words('XY')} R{number()}", "G69", f"G51 {words('XY')} P{rng.choice(['2.', '0', '500', '1e-3'])}", "G50",
+            f"G51.1 {words('X')}", "G50.1", "G16", "G15", f"@{number()} ^{number()}", f"G10 L2 P1 R{number()}",
+            "G95", "G94", "M70", "M72", "M73", "G18", "G17", f"G65 P100 A{number()}", "N7 #3=#3+1\nIF [#3 LT 9] GOTO 7",
+            "#3=0\nWHILE [#3 LT 3] DO 1\n#3=#3+1\nEND 1", f"G4 P{number()}", f"G1 {words('XY')}"])
 
     def block(depth):
         lines = [line() for _ in range(rng.randint(1, 6))]
@@ -496,7 +504,9 @@ def gcode(attack):
     path.write_text("\n".join(["T1 M6", "#1=1 #2=30", "G0 X0 Y0 Z20 F600", *block(rng.randint(0, 4)), "M30", "O100",
                                line(), "M99"]) + "\n")
     mesh, output = attack.seeds["cube"][0], attack.path("out.t4d")
-    machine = ["--offset", "G55=9,0,0", *rng.choice([[], ["--offset", "G53=0,0,80"]])]
+    machine = ["--offset", "G55=9,0,0", *rng.choice([[], ["--offset", "G53=0,0,80"]]),
+               *rng.choice([[], ["--start", f"{rng.uniform(-20, 20)},0,{rng.choice(['30', '1e6'])}"]]),
+               *rng.choice([[], ["--feed", "300"]]), *rng.choice([[], ["--dialect", rng.choice(["fanuc", "mach3", "siemens"])]])]
     if turns:
         machine += rng.choice([["--rotary", "A=table:0,0,-9", "--rotary", "C=-table"],
                                ["--rotary", "C=head", "--rotary", "A=head:0,0,99", "--tcp"]])
@@ -505,6 +515,7 @@ def gcode(attack):
         named = re.search(r"program\.nc:\d+: |program\.nc: nothing moves|out of the", result.err)
         return [] if result.succeeded or named else ["no line is named"]
 
-    return Run(["mill", mesh, *tools, *machine, "--gcode", path, "--voxel-size", 4, "--frames", 3,
+    stock = rng.choice([[mesh], [mesh], ["--stock", rng.choice(["box:40,40,20", "box:9,9,9@-4,-4,-4", "box:40,0.1,9"])]])
+    return Run(["mill", *stock, *tools, *machine, "--gcode", path, "--voxel-size", 4, "--frames", 3,
                 "--tolerance", "0.5", "-o", output], [mesh, path], output, check=names_the_line,
                seconds=2 * BASE_SECONDS)
