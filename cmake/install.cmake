@@ -16,7 +16,6 @@ install(FILES ${T4D_EXPECTED_DIR}/tl/expected.hpp
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/t4d/third_party/tl)
 
 set(T4D_SCHEMA_DIR ${CMAKE_INSTALL_DATADIR}/t4d/schemas)
-install(DIRECTORY docs/schemas/ DESTINATION ${T4D_SCHEMA_DIR} FILES_MATCHING PATTERN *.schema.json)
 install(FILES formats/motion/motion.schema.json formats/motion/mechanism.schema.json
   convert/frames_manifest.schema.json
   formats/t4d/head.schema.json

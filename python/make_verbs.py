@@ -1,8 +1,8 @@
 """Writes tools/verbs.py: a function for each verb of the program, with its options and its report.
 
-    make_verbs.py PROGRAM SCHEMAS OUTPUT
+    make_verbs.py PROGRAM OUTPUT
 
-Options are those that ``t4d VERB --help --json`` describes, reports those of docs/schemas.
+Options and reports are those that ``t4d VERB --help --json`` describes.
 """
 
 import json
@@ -77,7 +77,7 @@ class Reports:
             hint = self.hint(type_, name.removesuffix("Report") + camel(member))
             is_there = member in node.get("required", ()) or hint.startswith("Optional") or hint == "Any"
             members[member] = hint if is_there else f"Optional[{hint}]"
-            said = type_.get("description") or self.resolved(type_).get("description")
+            said = type_.get("description")
             if said:
                 about.append(f"{member}: {said}")
         if about:
@@ -87,17 +87,7 @@ class Reports:
         self.classes[name] = lines
         return name
 
-    def resolved(self, node):
-        return self.schema["$defs"][node["$ref"].rpartition("/")[2]] if "$ref" in node else node
-
     def hint(self, node, name):
-        if "$ref" in node:
-            target = node["$ref"].rpartition("/")[2]
-            if "properties" in self.resolved(node):
-                name = camel(self.schema["title"].split()[1]) + camel(target)
-                if name in self.classes:
-                    return name
-            node = self.resolved(node)
         if "enum" in node or "const" in node:
             return f"Literal[{', '.join(map(repr, node.get('enum', [node.get('const')])))}]"
         kinds = node.get("type", [])
@@ -176,7 +166,7 @@ def open_function(verb, help_text):
     ]
 
 
-def main(program, schemas, output):
+def main(program, output):
     def printed(*words):
         return subprocess.run([program, *words], capture_output=True, text=True, check=True).stdout
 
@@ -187,10 +177,9 @@ def main(program, schemas, output):
         if verb.get("verbs"):
             parts.append(open_function(verb, help_text))
             continue
-        path = Path(schemas) / f"{verb['name']}.schema.json"
         classes = {}
-        if path.exists() and verb["name"] not in ANY_REPORT:
-            reports = Reports(json.loads(path.read_text()))
+        if verb["report"] and verb["name"] not in ANY_REPORT:
+            reports = Reports(verb["report"])
             if any("--most-parts" in option["names"] for option in verb["options"]):
                 reports.schema["properties"]["parts"] = MOST_PARTS
             reports.class_of(reports.schema, f"{camel(verb['name'])}Report")

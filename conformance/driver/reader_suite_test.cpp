@@ -157,22 +157,6 @@ TEST_F(ReaderSuite, KeepsTheFilesThatWentWrong) {
                         "  ./r corpus/valid/good.t4d describe"));
 }
 
-TEST_F(ReaderSuite, ReportsInJsonWithTheseMembers) {
-  cases_[1].skipped = "left out";
-  const auto json = nlohmann::ordered_json::parse(
-      reportJson("reader", "sh reader", reportsOf(cases_, run("exit 1"))));
-  std::vector<std::string> keys;
-  for (const auto& [key, value] : json.items()) keys.push_back(key);
-  EXPECT_THAT(keys, ElementsAre("reader", "corpus_version", "passed", "failed", "crashed",
-                                "timed_out", "skipped", "cases"));
-  EXPECT_EQ(json["reader"], "sh reader");
-  EXPECT_EQ(json["passed"], 1);
-  EXPECT_EQ(json["failed"], 1);
-  EXPECT_EQ(json["skipped"], 1);
-  EXPECT_EQ(json["cases"][2].dump(), R"({"id":"cut/good","outcome":"passed","message":""})");
-  EXPECT_EQ(json["cases"][0]["outcome"], "failed");
-}
-
 TEST_F(ReaderSuite, ReportsInXmlThatHoldsWhateverAReaderSays) {
   cases_[2].skipped = "left out";
   const std::string xml =

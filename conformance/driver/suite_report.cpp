@@ -4,15 +4,12 @@
 #include <map>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "conformance/corpus/corpus.h"
 #include "conformance/driver/plain_text.h"
 
 namespace t4d::conformance {
 namespace {
-
-using nlohmann::ordered_json;
 
 constexpr std::array<Outcome, 5> kOutcomes = {Outcome::Passed, Outcome::Failed, Outcome::Crashed,
                                               Outcome::TimedOut, Outcome::Skipped};
@@ -129,19 +126,6 @@ OutcomeCounts countsOf(const std::vector<CaseReport>& cases) {
 }
 
 std::string kindOf(const std::string& id) { return id.substr(0, id.find('/')); }
-
-std::string reportJson(const std::string& tested, const std::string& command,
-                       const std::vector<CaseReport>& cases) {
-  ordered_json report = {{tested, command}, {"corpus_version", kCorpusVersion}};
-  const OutcomeCounts counts = countsOf(cases);
-  for (const Outcome outcome : kOutcomes) report[nameOf(outcome)] = countOf(counts, outcome);
-  report["cases"] = ordered_json::array();
-  for (const CaseReport& test : cases) {
-    report["cases"].push_back(
-        {{"id", test.id}, {"outcome", nameOf(test.outcome)}, {"message", test.message}});
-  }
-  return report.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
-}
 
 std::string reportJunit(const std::string& tested, const std::string& command,
                         const std::vector<CaseReport>& cases) {

@@ -26,11 +26,6 @@ OutcomeCounts countsOf(const std::vector<CaseReport>& cases);
 /// "valid", "cut": the first part of a case's id.
 std::string kindOf(const std::string& id);
 
-/// JSON: {TESTED, corpus_version, passed, failed, crashed, timed_out, skipped, cases: [{id,
-/// outcome, message}]}; `tested` is "reader" or "writer", its value the command as it was given.
-std::string reportJson(const std::string& tested, const std::string& command,
-                       const std::vector<CaseReport>& cases);
-
 /// JUnit XML, for continuous integration: a test suite for each kind of case.
 std::string reportJunit(const std::string& tested, const std::string& command,
                         const std::vector<CaseReport>& cases);

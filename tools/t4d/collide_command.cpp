@@ -27,6 +27,7 @@
 #include "tools/t4d/console_observer.h"
 #include "tools/t4d/frame_options.h"
 #include "tools/t4d/input_options.h"
+#include "tools/t4d/json_option.h"
 #include "tools/t4d/option_checks.h"
 #include "tools/t4d/part_option.h"
 #include "tools/t4d/progress_bar.h"
@@ -458,7 +459,7 @@ std::optional<std::string> misuseOf(const CollideArguments& options,
 /// The report, with the member that `t4d join` needs of a part.
 std::string jsonOf(const CollideArguments& options, const verbs::CollideReport& found,
                    std::span<const verbs::Input> inputs) {
-  return options.part.inReport(verbs::jsonOf(found), [&] {
+  return options.part.inReport(verbs::reportText(found), [&] {
     auto files = nlohmann::ordered_json::object();
     for (const verbs::Input& input : inputs) {
       files[fmt::format("file {}", files.size() + 1)] = identityOf(input);
@@ -598,7 +599,8 @@ void addCollide(CLI::App& app, int& exitCode) {
   options->only.addTo(*command);
   options->part.addTo(*command,
                       "Test only part K of N of the pairs of bodies; `t4d join` joins the reports");
-  command->add_flag("--json", options->json, "Print JSON");
+  addJsonOption<verbs::CollideReport>(
+      *command, options->json, "When moving solids touch or overlap, and how near they come.");
   command->footer("Example:\n  t4d collide bolt.t4d nut.t4d --clearance 0.05 -o contacts.glb");
   command->callback([=, &exitCode] { exitCode = run(*options); });
 }

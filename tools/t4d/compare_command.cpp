@@ -15,6 +15,7 @@
 #include "tools/t4d/console.h"
 #include "tools/t4d/console_observer.h"
 #include "tools/t4d/input_options.h"
+#include "tools/t4d/json_option.h"
 #include "tools/t4d/motion_options.h"
 #include "tools/t4d/numbers.h"
 #include "tools/t4d/option_checks.h"
@@ -186,7 +187,7 @@ int finish(const CompareArguments& options, Outputs& outputs, const std::string&
     }
   }
   if (options.json) {
-    tools::printText(jsonOf(report) + "\n");
+    printAsJson(report);
   } else {
     printTables(title, report);
   }
@@ -322,7 +323,11 @@ void addCompare(CLI::App& app, int& exitCode) {
       ->check(outputFile({".csv"}));
   command->add_flag("--each-body", options->eachBody,
                     "Compare each body with that of the same name, in a row for each");
-  command->add_flag("--json", options->json, "Print the comparison as JSON");
+  addJsonOption<verbs::CompareReport>(
+      *command, options->json,
+      "Comparison of two 4D meshes: two files, or the meshes that both backends make of one solid "
+      "(a: mesh4d, b: voxel4d, with the smallest voxels if there are several sizes). Lengths and "
+      "times of both are in the units of a. Measures are null if they are too large for a double.");
   command->footer(
       "Examples:\n"
       "  t4d compare bolt.obj --motion screw-in.json --voxel-size 0.5 --html bolt.html\n"

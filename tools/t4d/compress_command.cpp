@@ -5,6 +5,7 @@
 #include "tools/t4d/console.h"
 #include "tools/t4d/console_observer.h"
 #include "tools/t4d/input_options.h"
+#include "tools/t4d/json_option.h"
 #include "tools/t4d/option_checks.h"
 #include "tools/t4d/part_option.h"
 #include "tools/t4d/t4d_output.h"
@@ -45,7 +46,7 @@ int run(CompressArguments& options) {
   if (!compressed) return report(compressed.error());
   if (options.json) {
     const auto identity = [&] { return identityOf(*input); };
-    tools::printText(options.part.inReport(jsonOf(*compressed, peakBytes()), identity) + "\n");
+    tools::printText(options.part.inReport(verbs::reportText(*compressed), identity) + "\n");
   } else {
     printReport(*compressed, options);
   }
@@ -65,7 +66,8 @@ void addCompress(CLI::App& app, int& exitCode) {
   options->coding.addTo(*command);
   options->part.addTo(*command,
                       "Rewrite only part K of N of the slabs; `t4d join` joins the parts");
-  command->add_flag("--json", options->json, "Print the result as JSON");
+  addJsonOption<verbs::CompressReport>(*command, options->json,
+                                       "Sizes of a .t4d file before and after.");
   command->footer(
       "Example:\n"
       "  t4d compress goat.t4d -o small.t4d\n"

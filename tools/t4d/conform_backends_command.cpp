@@ -15,6 +15,7 @@
 #include "tools/t4d/commands.h"
 #include "tools/t4d/conform_page.h"
 #include "tools/t4d/console.h"
+#include "tools/t4d/json_option.h"
 #include "tools/t4d/option_checks.h"
 #include "tools/verbs/json_text.h"
 
@@ -75,39 +76,86 @@ ordered_json jsonOf(const conformance::Value& value) {
   return std::visit([](auto number) { return ordered_json(number); }, value);
 }
 
-ordered_json jsonOf(const CaseResult& result) {
-  ordered_json checks = ordered_json::array();
-  for (const Check& check : result.checks) {
-    checks.push_back({{"name", check.name},
-                      {"expected", jsonOf(check.expected)},
-                      {"actual", jsonOf(check.actual)},
-                      {"tolerance", check.tolerance},
-                      {"passed", check.passed},
-                      {"reason", check.reason},
-                      {"found", check.found}});
-  }
-  ordered_json levels = ordered_json::array();
-  for (const conformance::Level& level : result.levels) {
-    const bool voxels = level.resolution.voxelSize > 0;
-    levels.push_back({{"voxel_size", voxels ? ordered_json(level.resolution.voxelSize) : nullptr},
-                      {"steps", voxels ? ordered_json(level.resolution.steps) : nullptr},
-                      {"vertices", level.mesh.vertices},
-                      {"tetrahedra", level.mesh.tetrahedra},
-                      {"hypervolume", level.mesh.hypervolume},
-                      {"error_hypervolume", verbs::orNull(level.hypervolumeError)},
-                      {"error_slices", verbs::orNull(level.sliceError)}});
-  }
-  return {{"id", result.id},
-          {"backend", result.backend},
-          {"passed", result.passed()},
-          {"description", result.description},
-          {"expected_hypervolume", verbs::orNull(result.hypervolumeExpected)},
-          {"worst_error", verbs::orNull(result.worstError)},
-          {"order_hypervolume", verbs::orNull(result.orders.hypervolume)},
-          {"order_slices", verbs::orNull(result.orders.slices)},
-          {"seconds", result.seconds},
-          {"levels", levels},
-          {"checks", checks}};
+/// What a backend makes of the cases.
+struct BackendRun {
+  std::vector<CaseResult> cases;
+  std::size_t passed = 0;
+};
+
+void describeLevel(verbs::Members& members, const conformance::Level& level) {
+  const bool voxels = level.resolution.voxelSize > 0;
+  members("voxel_size", voxels ? std::optional(level.resolution.voxelSize) : std::nullopt,
+          "Voxel size, in length units; null if there are no voxels.")
+      .above(0);
+  members("steps", voxels ? std::optional(level.resolution.steps) : std::nullopt,
+          "Number of intervals between frames; null if there are no voxels.")
+      .atLeast(1);
+  members("vertices", level.mesh.vertices, "Vertices of the mesh, each counted once.");
+  members("tetrahedra", level.mesh.tetrahedra, "Cells of the mesh.");
+  members("hypervolume", level.mesh.hypervolume,
+          "Enclosed hypervolume, in cubed length units times time units.")
+      .orNull();
+  members("error_hypervolume", level.hypervolumeError,
+          "|found - expected| / expected of the hypervolume; null if nothing is expected.")
+      .atLeast(0);
+  members(
+      "error_slices", level.sliceError,
+      "|found - expected| / expected of the slice volumes, root mean square; null if nothing is "
+      "expected.")
+      .atLeast(0);
+}
+
+void describeCheck(verbs::Members& members, const Check& check) {
+  const std::vector<std::string> anyNumber = {"boolean", "number", "null"};
+  members("name", check.name, "What was checked, after the voxel size if there are several.");
+  members("expected", jsonOf(check.expected), "A boolean, a count, or a measure.").types(anyNumber);
+  members("actual", jsonOf(check.actual), "What was found.").types(anyNumber);
+  members("tolerance", check.tolerance,
+          "The largest allowed difference between actual and expected.")
+      .atLeast(0)
+      .orNull();
+  members("passed", check.passed, "Whether the difference is at most the tolerance.");
+  members("reason", check.reason, "The reason for the tolerance, or for the check.");
+  members("found", check.found,
+          "Description of a failure that the numbers do not explain; otherwise empty.");
+}
+
+void describeCase(verbs::Members& members, const CaseResult& result) {
+  members("id", result.id, "As `--list` prints it and `--case` takes it.")
+      .pattern("^[a-z]+(-[a-z]+)*$");
+  members("backend", result.backend, "The backend: a name that `--backend` takes, or `program`.")
+      .notEmpty();
+  members("passed", result.passed(), "Whether every check passed.");
+  members("description", result.description, "The solid and its motion.");
+  members(
+      "expected_hypervolume", result.hypervolumeExpected,
+      "Hypervolume of the last level by the closed form, in cubed length units times time units; "
+      "null if there is none.")
+      .atLeast(0);
+  members(
+      "worst_error", result.worstError,
+      "The largest |found - expected| / expected of the hypervolume and the volumes of slices of "
+      "the last level; null if no mesh was built.")
+      .atLeast(0);
+  members(
+      "order_hypervolume", result.orders.hypervolume,
+      "The order of convergence of the hypervolume's error between the first and the last level; "
+      "null for one level.");
+  members("order_slices", result.orders.slices,
+          "The order of convergence of the error of slice volumes (root mean square); null for one "
+          "level.");
+  members("seconds", result.seconds,
+          "Time to build and check the meshes, while other cases were running.")
+      .atLeast(0);
+  members("levels", result.levels,
+          "The meshes: one, or one for each voxel size, from large to small.", describeLevel);
+  members("checks", result.checks, "All checks.", describeCheck).itemsFrom(1);
+}
+
+void describe(verbs::Members& members, const BackendRun& run) {
+  members("cases", run.cases, "One for each case and backend.", describeCase).itemsFrom(1);
+  members("passed", run.passed, "Number of cases that passed every check.");
+  members("failed", run.cases.size() - run.passed, "Number of the other cases.");
 }
 
 void printText(const std::vector<CaseResult>& results, std::size_t passed) {
@@ -189,9 +237,7 @@ int run(const ConformBackendsArguments& options) {
     if (auto written = page->finish(conformPage(results)); !written) return report(written.error());
   }
   if (options.json) {
-    ordered_json all = ordered_json::array();
-    for (const CaseResult& result : results) all.push_back(jsonOf(result));
-    printJson({{"cases", all}, {"passed", passed}, {"failed", results.size() - passed}});
+    printAsJson(BackendRun{results, passed});
   } else {
     printText(results, passed);
   }
@@ -228,7 +274,10 @@ void addConformBackends(CLI::App& conform, int& exitCode) {
                    "Run only cases whose name matches this glob; repeatable")
       ->allow_extra_args(false);
   command->add_flag("--quick", options->quick, "Skip the smallest voxels and the large case");
-  auto* json = command->add_flag("--json", options->json, "Print every check as JSON");
+  auto* json = addJsonOption<BackendRun>(
+      *command, options->json,
+      "Every check of the meshes that backends built of moving solids with closed-form solutions. "
+      "Measures are null if they are not numbers or too large for a double.");
   auto* html = command
                    ->add_option("--html", options->html,
                                 "Write a page: the table, convergence plots, every check")

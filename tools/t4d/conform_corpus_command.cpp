@@ -2,11 +2,12 @@
 #include <filesystem>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "conformance/driver/reader_cases.h"
 #include "tools/t4d/commands.h"
+#include "tools/t4d/conform_run.h"
 #include "tools/t4d/console.h"
+#include "tools/t4d/json_option.h"
 #include "tools/t4d/option_checks.h"
 
 namespace t4d::tools {
@@ -14,7 +15,6 @@ namespace {
 
 using namespace conformance;
 namespace fs = std::filesystem;
-using nlohmann::ordered_json;
 
 int copy(const std::string& directory, bool force) {
   std::error_code error;
@@ -60,6 +60,37 @@ std::string faultOf(const ReaderCase& test) {
   return test.file->fault;
 }
 
+struct CaseList {
+  std::vector<ReaderCase> cases;
+};
+
+void describe(verbs::Members& members, const CaseList& list) {
+  members("corpus_version", kCorpusVersion, "Version of the corpus.").pattern(kVersionPattern);
+  members(
+      "cases", list.cases, "Valid files first, the simplest ones leading; damaged files last.",
+      [](verbs::Members& own, const ReaderCase& test) {
+        static const CorpusFile kNone;
+        const CorpusFile& file = test.file == nullptr ? kNone : *test.file;
+        const bool asItIs = test.id == file.id;
+        own("id", test.id, "Name of the corpus file, or of the damage to a valid one.")
+            .pattern("^(valid|impl|invalid|cut|flip|overwrite)/.");
+        own("result", test.file == nullptr ? "" : resultOf(test),
+            "What a reader must find. Files in which only slabs that a slice does not need are "
+            "overwritten are valid: the slice is still right.")
+            .oneOf({"valid", "invalid", "either"});
+        own("clause", asItIs && !file.rule.empty() ? std::optional(file.rule) : std::nullopt,
+            "The rule of SPEC.md that is broken, or the heading that leaves the decision to the "
+            "reader; null otherwise.")
+            .notEmpty();
+        own("fault", test.file == nullptr ? "" : faultOf(test),
+            "What the case tests, in a sentence.")
+            .notEmpty();
+        own("offset", asItIs ? file.offset : std::nullopt,
+            "Byte of the fault; null if it is not in one place.");
+        own("features", file.features, "The features that the file uses.");
+      });
+}
+
 int list(const std::vector<std::string>& only, const std::vector<std::string>& skip, bool json) {
   const std::vector<CorpusFile> files = makeCorpus();
   std::vector<ReaderCase> cases = readerCases(files);
@@ -68,17 +99,7 @@ int list(const std::vector<std::string>& only, const std::vector<std::string>& s
   }
   std::erase_if(cases, [](const ReaderCase& test) { return !test.skipped.empty(); });
   if (json) {
-    ordered_json value = {{"corpus_version", kCorpusVersion}, {"cases", ordered_json::array()}};
-    for (const ReaderCase& test : cases) {
-      const bool asItIs = test.id == test.file->id;
-      ordered_json entry = {{"id", test.id},     {"result", resultOf(test)},
-                            {"clause", nullptr}, {"fault", faultOf(test)},
-                            {"offset", nullptr}, {"features", test.file->features}};
-      if (asItIs && !test.file->rule.empty()) entry["clause"] = test.file->rule;
-      if (asItIs && test.file->offset) entry["offset"] = *test.file->offset;
-      value["cases"].push_back(std::move(entry));
-    }
-    printJson(value);
+    printAsJson(CaseList{cases});
     return kDone;
   }
   std::size_t width = 0;
@@ -112,7 +133,7 @@ void addConformCorpus(CLI::App& conform, int& exitCode) {
   listing->add_option("--only", *only, "List only these cases: globs or folders ('cut')")
       ->type_name("GLOB");
   listing->add_option("--skip", *skip, "Skip these cases")->type_name("GLOB");
-  listing->add_flag("--json", *json, "Print JSON");
+  addJsonOption<CaseList>(*listing, *json, "The cases of t4d conform reader, in order.");
   listing->footer("Example:\n  t4d conform list --only 'invalid/H*'");
   listing->callback([=, &exitCode] { exitCode = list(*only, *skip, *json); });
 }

@@ -92,7 +92,9 @@ void addConformReader(CLI::App& conform, int& exitCode) {
                     {.tested = "reader",
                      .only = "globs or folders ('cut')",
                      .timeout = "request",
-                     .keep = "Keep up to four files of each failed case in DIR"});
+                     .keep = "Keep up to four files of each failed case in DIR",
+                     .cases = "valid|impl|invalid|cut|flip|overwrite",
+                     .report = "Results of a reader of .t4d."});
   command->footer(
       "Exits with 0 if every case passed, 1 if any failed.\n"
       "Examples:\n"

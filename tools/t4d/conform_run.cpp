@@ -7,9 +7,55 @@
 
 #include "formats/output_file.h"
 #include "tools/t4d/console.h"
+#include "tools/t4d/json_option.h"
 #include "tools/t4d/option_checks.h"
 
 namespace t4d::tools {
+namespace {
+
+struct ConformRun {
+  std::string program;
+  std::vector<conformance::CaseReport> reports;
+};
+
+/// Describes a run of a reader or a writer, as `tested` says; ids begin as `cases` says.
+void describeRun(verbs::Members& members, const ConformRun& run, const std::string& tested,
+                 const std::string& cases) {
+  using conformance::Outcome;
+  members(tested.c_str(), run.program, "The command, as it was given.").notEmpty();
+  members("corpus_version", conformance::kCorpusVersion, "Version of the corpus.")
+      .pattern(kVersionPattern);
+  const auto count = [&](const char* name, Outcome outcome, const char* meaning) {
+    members(name, std::ranges::count(run.reports, outcome, &conformance::CaseReport::outcome),
+            meaning)
+        .atLeast(0);
+  };
+  count("passed", Outcome::Passed, "Number of cases that passed.");
+  count(
+      "failed", Outcome::Failed,
+      "Cases where a reader accepted a file that it must refuse, refused one that it must accept, "
+      "or gave a wrong answer; where a writer exited with 1, wrote no file, or one that breaks a "
+      "rule, holds another mesh, or stores a part twice.");
+  count(
+      "crashed", Outcome::Crashed,
+      "Cases where a signal ended the program, its exit code was neither 0 nor 1, or it broke the "
+      "protocol of a serving reader.");
+  count("timed_out", Outcome::TimedOut, "Cases where the program did not answer within --timeout.");
+  count("skipped", Outcome::Skipped, "Cases that were excluded or not reached.");
+  members("cases", run.reports, "The simplest first; damaged files last.",
+          [&](verbs::Members& own, const conformance::CaseReport& test) {
+            own("id", test.id,
+                "Name of the corpus file, of the damage to a valid one, or what a writer must be "
+                "able to store and the name of the mesh.")
+                .pattern(("^(" + cases + ")/.").c_str());
+            own("outcome", conformance::nameOf(test.outcome), "The outcome of its worst request.")
+                .oneOf({"passed", "failed", "crashed", "timed_out", "skipped"});
+            own("message", test.message,
+                "What is wrong, or why it was skipped; empty if it passed.");
+          });
+}
+
+}  // namespace
 
 void addConformOptions(CLI::App& command, ConformArguments& arguments, const ConformHelp& help) {
   arguments.parallel = std::max(1U, std::thread::hardware_concurrency());
@@ -34,7 +80,12 @@ void addConformOptions(CLI::App& command, ConformArguments& arguments, const Con
   command.add_option("--keep", arguments.keep, help.keep)->type_name("DIR");
   command.add_flag("--first", arguments.first, "Stop at the first failure");
   command.add_flag("--verbose", arguments.verbose, "List all failed cases");
-  command.add_flag("--json", arguments.json, "Print JSON");
+  addJsonOption(command, arguments.json, help.report, [tested = help.tested, cases = help.cases] {
+    return verbs::Members::schemaOf<ConformRun>(
+        [&](verbs::Members& members, const ConformRun& run) {
+          describeRun(members, run, tested, cases);
+        });
+  });
 }
 
 int reportNoRun(const Error& error) {
@@ -51,8 +102,14 @@ int reportRun(const std::string& tested, const std::string& program,
     if (!written) return report(written.error());
   }
   constexpr std::size_t kShown = 20;
-  printResult(arguments.json ? conformance::reportJson(tested, program, reports)
-                             : text(arguments.verbose ? reports.size() : kShown));
+  if (arguments.json) {
+    printJson(verbs::Members::valueOf(ConformRun{program, reports},
+                                      [&](verbs::Members& members, const ConformRun& run) {
+                                        describeRun(members, run, tested, "");
+                                      }));
+  } else {
+    printResult(text(arguments.verbose ? reports.size() : kShown));
+  }
   return std::ranges::any_of(reports, &conformance::CaseReport::isWrong) ? kFailed : kDone;
 }
 

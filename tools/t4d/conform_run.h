@@ -31,7 +31,11 @@ struct ConformHelp {
   std::string only;     ///< what may be chosen: "globs or folders ('cut')"
   std::string timeout;  ///< of what: "request"
   std::string keep;
+  std::string cases;   ///< how the ids of cases begin, as an expression: "valid|cut"
+  std::string report;  ///< what the report is
 };
+
+inline constexpr const char* kVersionPattern = "^[0-9]+\\.[0-9]+\\.[0-9]+$";
 
 /// Adds these options; `arguments.timeoutSeconds` is the default.
 void addConformOptions(CLI::App& command, ConformArguments& arguments, const ConformHelp& help);
@@ -39,9 +43,9 @@ void addConformOptions(CLI::App& command, ConformArguments& arguments, const Con
 /// Reports a run that could not be made. Returns the exit code.
 int reportNoRun(const Error& error);
 
-/// Writes and prints what the options ask for. `tested` and `program` are as in reportJson; `text`
-/// returns the report for a terminal with at most the given number of failed cases. Returns the
-/// exit code.
+/// Writes and prints what the options ask for. `tested` is "reader" or "writer", `program` its
+/// command; `text` returns the report for a terminal with at most the given number of failed cases.
+/// Returns the exit code.
 int reportRun(const std::string& tested, const std::string& program,
               const ConformArguments& arguments,
               const std::vector<conformance::CaseReport>& reports,

@@ -64,7 +64,9 @@ void addConformWriter(CLI::App& conform, int& exitCode) {
                     {.tested = "writer",
                      .only = "globs or kinds (plain, means, attributes, bodies, head)",
                      .timeout = "case",
-                     .keep = "Keep the mesh and the file of each failed case in DIR"});
+                     .keep = "Keep the mesh and the file of each failed case in DIR",
+                     .cases = "plain|means|attributes|bodies|head",
+                     .report = "Results of a writer of .t4d."});
   command->footer(
       "Exits with 0 if every case passed, 1 if any failed.\n"
       "Examples:\n"

@@ -8,6 +8,7 @@
 #include "tools/t4d/console.h"
 #include "tools/t4d/console_observer.h"
 #include "tools/t4d/input_options.h"
+#include "tools/t4d/json_option.h"
 #include "tools/t4d/option_checks.h"
 #include "tools/t4d/part_option.h"
 #include "tools/t4d/version.h"
@@ -82,7 +83,7 @@ int run(ConvertArguments& arguments) {
                               options.output, done->closed ? "not oriented" : "not closed")});
   }
   if (arguments.json) {
-    tools::printText(jsonOf(*done, peakBytes()) + "\n");
+    printAsJson(*done);
   } else {
     printReport(*done, options.output);
   }
@@ -138,7 +139,8 @@ void addConvert(CLI::App& app, int& exitCode) {
                   "converting cannot be divided: other formats hold a mesh as one; join the parts "
                   "first (t4d join), or write a .t4d in parts (t4d compress)");
   addMaxCellsOption(*command, convert.maxCells);
-  command->add_flag("--json", options->json, "Print the result as JSON");
+  addJsonOption<verbs::ConvertReport>(
+      *command, options->json, "The result of a conversion; numbers are for all bodies together.");
   command->footer(
       "Example:\n  t4d convert bolt.t4d bolt.vtu --accept-loss\n"
       "  t4d convert polytope.off polytope.t4d");

@@ -1,9 +1,9 @@
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "tools/t4d/commands.h"
 #include "tools/t4d/console.h"
 #include "tools/t4d/input_options.h"
+#include "tools/t4d/json_option.h"
 #include "tools/t4d/option_checks.h"
 #include "tools/verbs/diff.h"
 
@@ -16,20 +16,6 @@ struct DiffArguments {
   verbs::DiffOptions how;
   bool json = false;
 };
-
-const char* levelName(verbs::SameLevel level) {
-  switch (level) {
-    case verbs::SameLevel::Bytes:
-      return "bytes";
-    case verbs::SameLevel::Mesh:
-      return "mesh";
-    case verbs::SameLevel::Solid:
-      return "solid";
-    case verbs::SameLevel::Different:
-      break;
-  }
-  return "different";
-}
 
 const char* levelText(verbs::SameLevel level) {
   switch (level) {
@@ -54,7 +40,7 @@ int run(const DiffArguments& options) {
   if (!diff) return report(diff.error());
   const bool same = diff->level != verbs::SameLevel::Different;
   if (options.json) {
-    printJson({{"same", same}, {"level", levelName(diff->level)}, {"messages", diff->messages}});
+    printAsJson(*diff);
   } else {
     print("{} and {}: {}\n", options.a, options.b, levelText(diff->level));
     for (const std::string& message : diff->messages) print("  {}\n", message);
@@ -84,7 +70,7 @@ void addDiff(CLI::App& app, int& exitCode) {
       ->check(wholeNumber(1, 100'000))
       ->capture_default_str();
   addMaxCellsOption(*command, options->how.maxCells);
-  command->add_flag("--json", options->json, "Print the result as JSON");
+  addJsonOption<verbs::Diff>(*command, options->json, "The level at which two .t4d files agree.");
   command->footer(
       "Exit codes: 0 the same, 1 different.\n"
       "Example:\n  t4d diff bolt.t4d again.t4d");

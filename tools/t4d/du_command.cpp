@@ -5,6 +5,7 @@
 #include "tools/t4d/commands.h"
 #include "tools/t4d/console.h"
 #include "tools/t4d/input_options.h"
+#include "tools/t4d/json_option.h"
 #include "tools/verbs/du.h"
 
 namespace t4d::tools {
@@ -43,7 +44,7 @@ int run(const std::string& path, bool json) {
   const auto done = verbs::du(path);
   if (!done) return report(done.error());
   if (json) {
-    tools::printText(jsonOf(*done) + "\n");
+    printAsJson(*done);
   } else {
     printReport(*done);
   }
@@ -57,7 +58,7 @@ void addDu(CLI::App& app, int& exitCode) {
   auto path = std::make_shared<std::string>();
   auto json = std::make_shared<bool>(false);
   command->add_option("FILE", *path, std::string(kT4dFileHelp) + kOrPipeHelp)->required();
-  command->add_flag("--json", *json, "Print JSON");
+  addJsonOption<verbs::DuReport>(*command, *json, "What takes up space in a .t4d file.");
   command->footer("Example:\n  t4d du bolt.t4d");
   command->callback([=, &exitCode] { exitCode = run(*path, *json); });
 }

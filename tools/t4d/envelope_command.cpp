@@ -15,6 +15,7 @@
 #include "tools/t4d/console_observer.h"
 #include "tools/t4d/envelope_page.h"
 #include "tools/t4d/input_options.h"
+#include "tools/t4d/json_option.h"
 #include "tools/t4d/option_checks.h"
 #include "tools/t4d/part_option.h"
 #include "tools/t4d/time_window.h"
@@ -180,7 +181,7 @@ Result<void> writePage(const std::string& path, const verbs::EnvelopeReport& rep
     solids.emplace_back(fmt::format("t = {:.6g}", time), std::move(solid));
   }
   Table numbers = {{}};
-  const auto members = ordered_json::parse(jsonOf(report, peakBytes()));
+  const auto members = ordered_json::parse(verbs::reportText(report));
   for (const auto& [name, value] : members.items()) {
     if (name == "bodies") break;
     std::string title = name;
@@ -207,7 +208,7 @@ void printPart(const verbs::EnvelopeReport& report) {
 void printReport(const verbs::EnvelopeReport& made, const EnvelopeArguments& options) {
   if (options.json) {
     const auto identity = [&] { return identityOf(made.passages.input); };
-    tools::printText(options.part.inReport(jsonOf(made, peakBytes()), identity) + "\n");
+    tools::printText(options.part.inReport(verbs::reportText(made), identity) + "\n");
     return;
   }
   made.options.part ? printPart(made) : printPassages(made);
@@ -324,7 +325,8 @@ void addEnvelope(CLI::App& app, int& exitCode) {
       *command,
       "Make only part K of N of the fields (--visits and so on), divided along x; `t4d join` joins "
       "the files");
-  command->add_flag("--json", options->json, "Print JSON");
+  addJsonOption<verbs::EnvelopeReport>(*command, options->json,
+                                       "The solid that a motion passes through.");
   command->footer("Example:\n  t4d envelope bolt.t4d -o clearance.glb");
   command->callback([=, &exitCode] { exitCode = run(*options); });
 }

@@ -4,6 +4,7 @@
 #include "tools/t4d/console.h"
 #include "tools/t4d/console_observer.h"
 #include "tools/t4d/input_options.h"
+#include "tools/t4d/json_option.h"
 #include "tools/t4d/option_checks.h"
 #include "tools/t4d/t4d_output.h"
 #include "tools/t4d/time_window.h"
@@ -53,7 +54,7 @@ int run(FilterArguments& options) {
   }
   printNotices(filtered->notices);
   if (options.json) {
-    tools::printText(jsonOf(*filtered, peakBytes()) + "\n");
+    printAsJson(*filtered);
   } else {
     printReport(*filtered, output);
   }
@@ -76,7 +77,9 @@ void addFilter(CLI::App& app, int& exitCode) {
       ->type_name("ID");
   addT4dOutputOption(*command, options->filter.output);
   addCompressionOption(*command, options->filter.compression);
-  command->add_flag("--json", options->json, "Print the result as JSON");
+  addJsonOption<verbs::FilterReport>(
+      *command, options->json,
+      "The part of a 4D mesh that was kept, and the file that was written.");
   command->footer(
       "Examples:\n"
       "  t4d filter bolt.t4d --from 2 --to 3 -o middle.t4d\n"

@@ -9,6 +9,7 @@
 #include "tools/t4d/detail_text.h"
 #include "tools/t4d/frame_options.h"
 #include "tools/t4d/input_options.h"
+#include "tools/t4d/json_option.h"
 #include "tools/t4d/option_checks.h"
 #include "tools/t4d/slice_write_options.h"
 #include "tools/verbs/flipbook.h"
@@ -103,7 +104,7 @@ int run(FlipbookArguments& options) {
   }
   if (!made) return report(made.error());
   if (options.json) {
-    printText(jsonOf(*made) + "\n");
+    printAsJson(*made);
   } else {
     printReport(how, *made, input->metadata);
   }
@@ -154,7 +155,8 @@ void addFlipbook(CLI::App& app, int& exitCode) {
       ->excludes(rigid)
       ->excludes(morph);
   addCenterOption(*command, flipbook.write.center);
-  command->add_flag("--json", options->json, "Print JSON");
+  addJsonOption<verbs::FlipbookReport>(*command, options->json,
+                                       "The animated glTF or USD that was written.");
   command->footer(
       "Frames, the default, are for any solid and any viewer, which draws the triangles of all "
       "frames\n"

@@ -6,6 +6,7 @@
 
 #include "tools/t4d/commands.h"
 #include "tools/t4d/console.h"
+#include "tools/t4d/json_option.h"
 #include "tools/verbs/file_formats.h"
 
 namespace t4d::tools {
@@ -31,7 +32,7 @@ std::vector<verbs::FormatsOfKind> formatsWithOptions() {
 int printFormats(bool json) {
   const std::vector<verbs::FormatsOfKind> kinds = formatsWithOptions();
   if (json) {
-    printText(verbs::jsonOf(kinds) + "\n");
+    printAsJson(verbs::FileFormats{kinds});
     return kDone;
   }
   for (const auto& [kind, formats] : kinds) {
@@ -54,7 +55,7 @@ int printFormats(bool json) {
 void addFormats(CLI::App& app, int& exitCode) {
   auto* command = app.add_subcommand("formats", "List the supported file formats");
   auto json = std::make_shared<bool>(false);
-  command->add_flag("--json", *json, "Print JSON, with what each format keeps");
+  addJsonOption<verbs::FileFormats>(*command, *json, "All file formats that are read or written.");
   command->footer("Example:\n  t4d formats");
   command->callback([=, &exitCode] { exitCode = printFormats(*json); });
 }

@@ -14,6 +14,7 @@
 #include "tools/t4d/detail_text.h"
 #include "tools/t4d/frame_options.h"
 #include "tools/t4d/input_options.h"
+#include "tools/t4d/json_option.h"
 #include "tools/t4d/option_checks.h"
 #include "tools/t4d/part_option.h"
 #include "tools/t4d/slice_write_options.h"
@@ -67,7 +68,7 @@ int runGrids(const FramesArguments& options) {
   if (!done) return report(done.error());
   const voxel4d::VoxelSeries& series = done->written.series;
   if (options.json) {
-    printText(jsonOf(*done) + "\n");
+    printAsJson(*done);
   } else {
     print("{}: {} of level sets from time {} to {}\n  {} inside, {}; listed in {}\n",
           options.output, counted(series.frames, "frame"), done->written.time.begin,
@@ -139,7 +140,7 @@ int run(FramesArguments& options) {
   if (!made) return report(made.error());
   if (options.json) {
     const auto identity = [&] { return identityOf(*input, how.times.size()); };
-    printText(options.part.inReport(jsonOf(*made), identity) + "\n");
+    printText(options.part.inReport(verbs::reportText(*made), identity) + "\n");
   } else {
     printReport(options, *made, input->metadata);
   }
@@ -184,7 +185,9 @@ void addFrames(CLI::App& app, int& exitCode) {
   options->part.addTo(*command, "Write only part K of N of the frames, into the same folder");
   addSliceWriteOptions(*command, options->frames.write);
   addCenterOption(*command, options->frames.write.center);
-  command->add_flag("--json", options->json, "Print JSON");
+  addJsonOption<verbs::FramesReport>(
+      *command, options->json,
+      "What was written: a triangle mesh or an OpenVDB grid for each time, and a manifest.");
   command->footer("Example:\n  t4d frames bolt.t4d --frames 60 --format vtp -o bolt-frames");
   command->callback([=, &exitCode] { exitCode = run(*options); });
 }

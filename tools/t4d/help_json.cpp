@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "tools/t4d/json_option.h"
+
 namespace t4d::tools {
 namespace {
 
@@ -70,7 +72,8 @@ ordered_json helpJson(const CLI::App& command) {
           {"arguments", arguments},
           {"options", options},
           {"verbs", verbs},
-          {"examples", command.get_footer()}};
+          {"examples", command.get_footer()},
+          {"report", reportSchemaOf(command)}};
 }
 
 }  // namespace t4d::tools

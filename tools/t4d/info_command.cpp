@@ -6,6 +6,7 @@
 #include "tools/t4d/commands.h"
 #include "tools/t4d/console.h"
 #include "tools/t4d/input_options.h"
+#include "tools/t4d/json_option.h"
 #include "tools/verbs/info.h"
 #include "tools/verbs/origin.h"
 
@@ -103,7 +104,7 @@ int run(const std::string& path, const verbs::InfoOptions& options, bool json) {
   const auto done = verbs::info(path, options);
   if (!done) return report(done.error());
   if (json) {
-    tools::printText(jsonOf(*done) + "\n");
+    printAsJson(*done);
   } else {
     printReport(*done);
   }
@@ -120,7 +121,9 @@ void addInfo(CLI::App& app, int& exitCode) {
   auto options = std::make_shared<verbs::InfoOptions>();
   command->add_option("FILE", *path, std::string(kT4dFileHelp) + kOrPipeHelp)->required();
   command->add_flag("--slabs", options->slabs, "Also list the slabs: times, cells and bounds");
-  command->add_flag("--json", *json, "Print JSON");
+  addJsonOption<verbs::InfoReport>(*command, *json,
+                                   "The contents of a .t4d file, from its header and index. "
+                                   "Lengths are in length_unit, times in time_unit.");
   command->footer("Example:\n  t4d info bolt.t4d");
   command->callback([=, &exitCode] { exitCode = run(*path, *options, *json); });
 }

@@ -11,6 +11,7 @@
 #include "tools/t4d/commands.h"
 #include "tools/t4d/console.h"
 #include "tools/t4d/console_observer.h"
+#include "tools/t4d/json_option.h"
 #include "tools/t4d/option_checks.h"
 #include "tools/t4d/t4d_output.h"
 #include "tools/verbs/join.h"
@@ -40,7 +41,7 @@ int joinFrameManifests(const JoinArguments& options) {
   const auto joined = verbs::joinFrames(options.parts, options.output);
   if (!joined) return report(joined.error());
   if (options.json) {
-    tools::printText(jsonOf(*joined) + "\n");
+    printAsJson(*joined);
   } else {
     print("{}: {} of {}\n", options.output, counted(joined->frames, "frame"),
           counted(joined->parts, "part"));
@@ -71,12 +72,20 @@ int joinFields(const JoinArguments& options) {
   const auto joined = verbs::joinFields(options.parts, options.output);
   if (!joined) return report(joined.error());
   if (options.json) {
-    tools::printText(jsonOf(*joined) + "\n");
+    printAsJson(*joined);
   } else {
     print("{}: {} of {} at {}, {}\n", options.output, joined->field, counted(joined->parts, "part"),
           counted(joined->active, "point"), sizeText(joined->bytes));
   }
   return kDone;
+}
+
+/// The report is that of a file, of manifests or of fields.
+nlohmann::ordered_json schemaOfJoin() {
+  return {{"anyOf",
+           {verbs::Members::schemaOf<verbs::JoinReport>(),
+            verbs::Members::schemaOf<verbs::FramesJoin>(),
+            verbs::Members::schemaOf<verbs::FieldJoin>()}}};
 }
 
 /// The extension of what the parts make.
@@ -105,7 +114,7 @@ std::optional<std::string> misuseOfName(const JoinArguments& options) {
 void printSums(const verbs::JoinReport& joined, const JoinArguments& options,
                const std::string& sentence) {
   if (options.json) {
-    tools::printText(jsonOf(joined) + "\n");
+    printAsJson(joined);
     return;
   }
   print("{}: {} of {}, {}\n", options.output, counted(joined.slabs(), "slab"), sentence,
@@ -159,7 +168,11 @@ void addJoin(CLI::App& app, int& exitCode) {
       ->check(someName());
   command->add_flag("--manifest", options->manifest,
                     "Write a manifest (.t4dm) that names the parts, instead of copying them");
-  command->add_flag("--json", options->json, "Print the result as JSON");
+  addJsonOption(*command, options->json,
+                "What was written, of all bodies together; or, of the manifests of frames, how "
+                "many frames there are; or the field that parts of an envelope's fields make. "
+                "Reports are joined to the report of their verb.",
+                schemaOfJoin);
   command->footer(
       "Example, with two processes at work:\n"
       "  t4d sweep bolt.obj --motion screw-in.json --part 1/2 -o first.t4d &\n"

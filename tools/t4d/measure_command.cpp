@@ -14,6 +14,7 @@
 #include "tools/t4d/console_observer.h"
 #include "tools/t4d/frame_options.h"
 #include "tools/t4d/input_options.h"
+#include "tools/t4d/json_option.h"
 #include "tools/t4d/option_checks.h"
 #include "tools/t4d/part_option.h"
 #include "tools/t4d/table_output.h"
@@ -81,7 +82,7 @@ Result<std::string> fileOf(const std::string& path, const verbs::MeasureReport& 
                            const formats::Metadata& metadata) {
   const std::string extension = formats::lowerCaseExtension(path);
   if (extension == ".csv") return measuresCsv(measured);
-  if (extension == ".json") return jsonOf(measured) + "\n";
+  if (extension == ".json") return verbs::reportText(measured) + "\n";
   return plotFile(path, svgOf(volumePlot(measured.samples, metadata)));
 }
 
@@ -157,7 +158,7 @@ int run(const MeasureArguments& options) {
   }
   if (options.json) {
     const auto identity = [&] { return identityOf(*input, times->size()); };
-    tools::printText(options.part.inReport(jsonOf(*measured), identity) + "\n");
+    tools::printText(options.part.inReport(verbs::reportText(*measured), identity) + "\n");
   } else if (outputs.empty()) {
     printSamples(*measured);
   } else {
@@ -198,7 +199,7 @@ void addMeasure(CLI::App& app, int& exitCode) {
   command->add_flag("--thickness", options->thickness, "Measure the mean thickness of walls, too");
   command->add_flag("--normal-speed", options->normalSpeed,
                     "Measure the mean speed of the surface along its normal, too");
-  command->add_flag("--json", options->json, "Print JSON");
+  addJsonOption<verbs::MeasureReport>(*command, options->json, "A moving solid at many times.");
   command->footer(
       "Voxels of a mask that share a face, an edge or a corner are of one component.\n"
       "Example:\n  t4d measure heart.t4d --frames 200 -o volumes.csv -o volumes.png");

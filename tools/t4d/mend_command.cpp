@@ -5,6 +5,7 @@
 #include "tools/t4d/commands.h"
 #include "tools/t4d/console.h"
 #include "tools/t4d/console_observer.h"
+#include "tools/t4d/json_option.h"
 #include "tools/t4d/mending.h"
 #include "tools/t4d/option_checks.h"
 #include "tools/verbs/mend.h"
@@ -43,7 +44,7 @@ int run(const MendArguments& options) {
       {options.input, bodiesBy(options.bodies), options.mending.limits, options.output}, observer);
   if (!done) return report(done.error());
   if (options.json) {
-    tools::printText(jsonOf(*done, peakBytes()) + "\n");
+    printAsJson(*done);
   } else {
     printReport(*done, options);
   }
@@ -69,7 +70,8 @@ void addMend(CLI::App& app, int& exitCode) {
       ->check(writableTriangleMesh());
   addBodiesOption(*command, options->bodies);
   options->mending.addTo(*command);
-  command->add_flag("--json", options->json, "Print JSON");
+  addJsonOption<verbs::MendReport>(*command, options->json,
+                                   "The changes to a triangle mesh, and the result.");
   command->footer(
       "Example:\n  t4d mend scanned.stl -o solid.ply\n"
       "  t4d mend scanned.stl --max-hole 2 --remesh 0.1 -o solid.ply");

@@ -3,6 +3,7 @@
 #include "tools/t4d/commands.h"
 #include "tools/t4d/console.h"
 #include "tools/t4d/console_observer.h"
+#include "tools/t4d/json_option.h"
 #include "tools/t4d/option_checks.h"
 #include "tools/t4d/t4d_output.h"
 #include "tools/verbs/merge.h"
@@ -22,7 +23,7 @@ int run(const MergeArguments& options) {
   if (!merged) return report(merged.error());
   printNotices(merged->notices);
   if (options.json) {
-    tools::printText(jsonOf(*merged) + "\n");
+    printAsJson(*merged);
   } else {
     print("{}: {} of {}, {}\n", options.output, counted(merged->bodies.size(), "body", "bodies"),
           counted(options.files.size(), "file"), sizeText(merged->bytes));
@@ -40,7 +41,8 @@ void addMerge(CLI::App& app, int& exitCode) {
   auto options = std::make_shared<MergeArguments>();
   command->add_option("FILE", options->files, "Input files (.t4d)")->required();
   addT4dOutputOption(*command, options->output);
-  command->add_flag("--json", options->json, "Print the result as JSON");
+  addJsonOption<verbs::MergeReport>(*command, options->json,
+                                    "What was written: the bodies of several files in one.");
   command->footer(
       "Example:\n"
       "  t4d sweep bolt.obj --motion screw-in.json --up z -o bolt.t4d\n"

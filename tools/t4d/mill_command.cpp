@@ -19,6 +19,7 @@
 #include "tools/t4d/console_observer.h"
 #include "tools/t4d/frame_options.h"
 #include "tools/t4d/input_options.h"
+#include "tools/t4d/json_option.h"
 #include "tools/t4d/mending.h"
 #include "tools/t4d/mill_page.h"
 #include "tools/t4d/mill_tools.h"
@@ -279,7 +280,7 @@ int millFiles(const MillArguments& options, const verbs::MillFiles& files) {
     }
   }
   if (options.json) {
-    tools::printText(jsonOf(*milled, peakBytes()) + "\n");
+    printAsJson(*milled);
   } else {
     printText(options, *milled);
   }
@@ -395,7 +396,10 @@ void addMill(CLI::App& app, int& exitCode) {
   addNoPartOption(*command,
                   "milling cannot be divided: every cut starts from what the cuts before it left");
   options->output.addTo(*command, formats::writableTriangleMeshes());
-  command->add_flag("--json", options->json, "Print the result as JSON");
+  addJsonOption<verbs::MillReport>(
+      *command, options->json,
+      "What a tool removed from a stock, over time. Volumes are in cubic length units, those of "
+      "the workpiece as the voxels have it.");
   command->footer(
       "Examples:\n  t4d mill cube.obj --tool ball:d=6,l=30 --gcode pocket.nc --voxel-size 0.5 --up "
       "z "

@@ -10,6 +10,7 @@
 #include "tools/t4d/console.h"
 #include "tools/t4d/console_observer.h"
 #include "tools/t4d/input_options.h"
+#include "tools/t4d/json_option.h"
 #include "tools/t4d/option_checks.h"
 #include "tools/t4d/part_option.h"
 #include "tools/t4d/quality_page.h"
@@ -168,7 +169,7 @@ int run(QualityArguments& options) {
     const auto state = options.part.isGiven()
                            ? nlohmann::ordered_json::parse(partStateOf(*measured))
                            : nlohmann::ordered_json();
-    tools::printText(options.part.inReport(jsonOf(*measured), identity, state) + "\n");
+    tools::printText(options.part.inReport(verbs::reportText(*measured), identity, state) + "\n");
     return reportLosses(measured->losses);
   }
   printReport(*measured, *input);
@@ -209,7 +210,8 @@ void addQuality(CLI::App& app, int& exitCode) {
   options->only.addTo(*command);
   options->part.addTo(*command,
                       "Measure only part K of N of the slabs; `t4d join` joins the reports");
-  command->add_flag("--json", options->json, "Print JSON");
+  addJsonOption<verbs::QualityReport>(*command, options->json,
+                                      "The shape of the cells of a 4D mesh.");
   command->footer(
       "Example:\n  t4d quality bolt.t4d -o shaped.t4d\n"
       "  t4d slice shaped.t4d --time 2.5 --color attribute:radius_ratio -o shaped.glb");

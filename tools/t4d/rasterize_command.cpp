@@ -5,6 +5,7 @@
 #include "tools/t4d/console_observer.h"
 #include "tools/t4d/frame_options.h"
 #include "tools/t4d/input_options.h"
+#include "tools/t4d/json_option.h"
 #include "tools/t4d/voxel_series.h"
 #include "tools/verbs/rasterize.h"
 
@@ -35,7 +36,7 @@ int run(const RasterizeArguments& options) {
   const auto written = verbs::rasterize(*input, options.series.at(*times, input->name), observer);
   if (!written) return report(written.error());
   return reportVoxelSeries(options.series, times->size(), *written,
-                           nlohmann::ordered_json::object(), verbs::identityOf(*input));
+                           verbs::Members::valueOf(*written), verbs::identityOf(*input));
 }
 
 }  // namespace
@@ -47,6 +48,9 @@ void addRasterize(CLI::App& app, int& exitCode) {
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
   options->only.addTo(*command);
   options->series.addTo(*command);
+  addJsonOption<verbs::VoxelSeriesReport>(
+      *command, options->series.json,
+      "What was made of a 4D mesh: a time series of OpenVDB grids, a file each.");
   addFrameTimes(*command, options->series.times, "",
                 fmt::format(" (default: {}, or set by --frame-time)", kDefaultFrames));
   command->footer(

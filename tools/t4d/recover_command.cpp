@@ -1,10 +1,10 @@
 #include <algorithm>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "tools/t4d/commands.h"
 #include "tools/t4d/console.h"
+#include "tools/t4d/json_option.h"
 #include "tools/t4d/option_checks.h"
 #include "tools/t4d/version.h"
 #include "tools/verbs/recover.h"
@@ -12,48 +12,8 @@
 namespace t4d::tools {
 namespace {
 
-using nlohmann::ordered_json;
-
 /// Maximum number of lines printed of each kind; the JSON output has all.
 constexpr std::size_t kLines = 20;
-
-ordered_json jsonOf(const std::string& input, const std::string& output,
-                    const verbs::RecoverReport& report) {
-  ordered_json lost = ordered_json::array();
-  for (const formats::T4dLoss& loss : report.lost) {
-    lost.push_back({{"offset", loss.offset},
-                    {"what", loss.what},
-                    {"time_begin", loss.time ? ordered_json(loss.time->begin) : ordered_json()},
-                    {"time_end", loss.time ? ordered_json(loss.time->end) : ordered_json()}});
-  }
-  ordered_json caps = ordered_json::array();
-  for (const verbs::RecoverCap& cap : report.closed) {
-    caps.push_back({{"body", cap.body},
-                    {"time", cap.end.time},
-                    {"begin", cap.end.begin},
-                    {"triangles", cap.end.triangles}});
-  }
-  ordered_json value = {{"input", input},
-                        {"output", nullptr},
-                        {"slabs_saved", report.slabsSaved},
-                        {"slabs_known", nullptr},
-                        {"metadata_saved", report.metadataSaved},
-                        {"lost", lost},
-                        {"caps", caps},
-                        {"valid", nullptr},
-                        {"hypervolume", nullptr},
-                        {"errors", ordered_json::array()}};
-  if (report.slabsKnown) value["slabs_known"] = *report.slabsKnown;
-  if (report.validation) {
-    value["output"] = output;
-    value["valid"] = report.validation->valid();
-    if (report.validation->mesh) value["hypervolume"] = report.validation->mesh->hypervolume;
-    for (const measure::Issue& issue : report.validation->issues.issues) {
-      if (issue.severity == measure::Severity::Error) value["errors"].push_back(issue.message);
-    }
-  }
-  return value;
-}
 
 void printText(const std::string& output, const verbs::RecoverReport& report) {
   const std::uint64_t of = report.slabsKnown.value_or(report.slabsSaved);
@@ -116,7 +76,7 @@ int run(const std::string& input, const std::string& output, bool json) {
   }
   if (!recovered) return report(recovered.error());
   printLosses(recovered->lost);
-  if (json) printJson(jsonOf(input, output, *recovered));
+  if (json) printAsJson(*recovered);
   if (!recovered->validation) {
     say(input + ": no closed solid could be recovered; nothing was written");
     return kInvalid;
@@ -139,7 +99,10 @@ void addRecover(CLI::App& app, int& exitCode) {
       ->required()
       ->check(someName())
       ->check(outputFile({".t4d"}));
-  command->add_flag("--json", *json, "Print JSON");
+  addJsonOption<verbs::RecoverReport>(
+      *command, *json,
+      "What was saved from a damaged .t4d file, and what was lost. Also printed if nothing could "
+      "be saved (exit code 4) or the new file is not valid (exit code 1).");
   command->footer("Example:\n  t4d recover broken.t4d -o fixed.t4d");
   command->callback([=, &exitCode] { exitCode = run(*input, *output, *json); });
 }

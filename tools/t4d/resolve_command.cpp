@@ -11,6 +11,7 @@
 #include "tools/t4d/console.h"
 #include "tools/t4d/console_observer.h"
 #include "tools/t4d/input_options.h"
+#include "tools/t4d/json_option.h"
 #include "tools/t4d/option_checks.h"
 #include "tools/t4d/progress_bar.h"
 #include "tools/t4d/resolve_page.h"
@@ -145,7 +146,7 @@ int run(ResolveArguments& options) {
   }
   printOpenQuestions(*resolved);
   if (options.json) {
-    tools::printText(jsonOf(*resolved) + "\n");
+    printAsJson(*resolved);
     return reportLosses(resolved->losses);
   }
   print("{}: clear of {}, {}\n", output, input->obstacles.name, sizeText(*resolved->bytes));
@@ -200,7 +201,8 @@ void addResolve(CLI::App& app, int& exitCode) {
       ->add_option("--html", options->html,
                    "Write a page with plots over time and pictures before and after")
       ->check(htmlFile());
-  command->add_flag("--json", options->json, "Print JSON");
+  addJsonOption<verbs::ResolveReport>(*command, options->json,
+                                      "A 4D mesh that gives way to another one.");
   command->footer("Example:\n  t4d resolve plate.t4d ball.t4d --clearance 0.1 -o dented.t4d");
   command->callback([=, &exitCode] { exitCode = run(*options); });
 }

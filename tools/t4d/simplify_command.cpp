@@ -5,6 +5,7 @@
 #include "tools/t4d/console.h"
 #include "tools/t4d/console_observer.h"
 #include "tools/t4d/input_options.h"
+#include "tools/t4d/json_option.h"
 #include "tools/t4d/option_checks.h"
 #include "tools/t4d/simplify_page.h"
 #include "tools/t4d/t4d_output.h"
@@ -69,7 +70,7 @@ int run(SimplifyArguments& options) {
   const auto done = verbs::simplify(*input, options.simplify, observer);
   if (!done) return report(done.error());
   if (options.json) {
-    tools::printText(jsonOf(*done, peakBytes()) + "\n");
+    printAsJson(*done);
   } else {
     printReport(*done, options.simplify.output);
   }
@@ -118,7 +119,8 @@ void addSimplify(CLI::App& app, int& exitCode) {
       ->add_option("--html", options->html,
                    "Write a page with the numbers and slices of both side by side")
       ->check(htmlFile());
-  command->add_flag("--json", options->json, "Print JSON");
+  addJsonOption<verbs::SimplifyReport>(
+      *command, options->json, "A 4D mesh with fewer cells, and its distance from the given one.");
   command->footer(
       "Example:\n  t4d simplify ball.t4d --max-error 0.05 -o small.t4d\n"
       "  t4d simplify ball.t4d --ratio 0.1 -o tenth.t4d");

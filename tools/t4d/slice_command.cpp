@@ -9,6 +9,7 @@
 #include "tools/t4d/console_observer.h"
 #include "tools/t4d/detail_text.h"
 #include "tools/t4d/input_options.h"
+#include "tools/t4d/json_option.h"
 #include "tools/t4d/option_checks.h"
 #include "tools/t4d/slice_write_options.h"
 #include "tools/verbs/slice.h"
@@ -90,7 +91,7 @@ int run(SliceArguments& options) {
   const auto made = verbs::sliceMesh(*input, options.slice, observer);
   if (!made) return report(made.error());
   if (options.json) {
-    printText(jsonOf(*made) + "\n");
+    printAsJson(*made);
   } else {
     printReport(options, *input, *made);
   }
@@ -139,7 +140,10 @@ void addSlice(CLI::App& app, int& exitCode) {
   addSliceWriteOptions(*command, slice.write);
   command->get_option("--velocity")->needs("--time");
   addCenterOption(*command, slice.write.center);
-  command->add_flag("--json", options->json, "Print JSON");
+  addJsonOption<verbs::SliceReport>(
+      *command, options->json,
+      "The slice of all bodies together. Volume and area are in the units of the slice's three "
+      "axes: lengths for a slice at a time; for other slices one axis is time.");
   command->footer("Example:\n  t4d slice bolt.t4d --time 2.5 -o bolt-at-2.5.glb");
   command->callback([=, &exitCode] { exitCode = run(*options); });
 }

@@ -14,6 +14,7 @@
 #include "tools/t4d/console_observer.h"
 #include "tools/t4d/frame_order.h"
 #include "tools/t4d/hints.h"
+#include "tools/t4d/json_option.h"
 #include "tools/t4d/mending.h"
 #include "tools/t4d/motion_options.h"
 #include "tools/t4d/numbers.h"
@@ -386,7 +387,7 @@ int run(const SweepArguments& options) {
                     others.size() + 1, fmt::join(others, ", ")));
   }
   if (options.json) {
-    tools::printText(jsonOf(*done, peakBytes()) + "\n");
+    printAsJson(*done);
   } else {
     printReport(*done, options);
   }
@@ -496,7 +497,8 @@ void addSweep(CLI::App& app, int& exitCode) {
                     "voxel4d: Use masks of inside points instead of level sets");
   addBetween(*command, options->between, "voxel4d: ");
   options->output.addTo(*command);
-  command->add_flag("--json", options->json, "Print the result as JSON");
+  addJsonOption<verbs::SweepReport>(*command, options->json,
+                                    "What was made: a 4D mesh in a .t4d file.");
   command->footer(
       "Example:\n  t4d sweep bolt.obj --motion screw-in.json --up z -o bolt.t4d\n"
       "  t4d sweep bolt.obj --motion screw-in.json --backend voxel4d --voxel-size 0.5 "

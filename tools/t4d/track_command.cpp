@@ -12,6 +12,7 @@
 #include "tools/t4d/ctc_option.h"
 #include "tools/t4d/frame_options.h"
 #include "tools/t4d/input_options.h"
+#include "tools/t4d/json_option.h"
 #include "tools/t4d/lineage_picture.h"
 #include "tools/t4d/option_checks.h"
 #include "tools/t4d/part_option.h"
@@ -45,7 +46,7 @@ struct TrackArguments {
 Result<std::string> fileOf(const std::string& path, const verbs::TrackReport& report) {
   const std::string extension = formats::lowerCaseExtension(path);
   if (extension == ".csv") return tracksCsv(report);
-  if (extension == ".json") return jsonOf(report) + "\n";
+  if (extension == ".json") return verbs::reportText(report) + "\n";
   if (extension == ".graphml") return graphMl(report);
   if (extension == ".dot") return dotGraph(report);
   return plotFile(path, lineagePicture(report));
@@ -107,8 +108,9 @@ int runPart(const TrackArguments& options, const measure::TrackOptions& tracking
     return report(added.error());
   }
   const auto identity = [&] { return identityOf(input, tracking.times.size()); };
-  tools::printText(options.part.inReport(jsonOf(part->report), identity, stateOf(*part, tracking)) +
-                   "\n");
+  tools::printText(
+      options.part.inReport(verbs::reportText(part->report), identity, stateOf(*part, tracking)) +
+      "\n");
   return kDone;
 }
 
@@ -181,7 +183,7 @@ int run(const TrackArguments& options) {
     labelled = *written;
   }
   if (options.json) {
-    tools::printText(jsonOf(*tracked) + "\n");
+    printAsJson(*tracked);
     return kDone;
   }
   if (labelled) {
@@ -246,7 +248,9 @@ void addTrack(CLI::App& app, int& exitCode) {
       ->type_name("FILE");
   options->part.addTo(*command,
                       "Track only in part K of N of the slabs; `t4d join` joins the reports");
-  command->add_flag("--json", options->json, "Print JSON");
+  addJsonOption<verbs::TrackReport>(
+      *command, options->json,
+      "The components of a moving solid over time, and the events between them.");
   command->footer("Example:\n  t4d track cells.t4d -o lineage.svg --events events.csv");
   command->callback([=, &exitCode] { exitCode = run(*options); });
 }

@@ -6,6 +6,7 @@
 #include "tools/t4d/console.h"
 #include "tools/t4d/console_observer.h"
 #include "tools/t4d/input_options.h"
+#include "tools/t4d/json_option.h"
 #include "tools/t4d/option_checks.h"
 #include "tools/t4d/t4d_output.h"
 #include "tools/t4d/version.h"
@@ -91,7 +92,7 @@ int run(const TransformArguments& options) {
                      output, done->mirroredSpace)});
   }
   if (options.json) {
-    tools::printText(jsonOf(*done, peakBytes()) + "\n");
+    printAsJson(*done);
   } else {
     printReport(*done, output);
   }
@@ -141,7 +142,9 @@ void addTransform(CLI::App& app, int& exitCode) {
   command->add_option("--space", options->space, "Set the anatomical space; the solid is not moved")
       ->check(CLI::IsMember({"RAS", "LPS", "none"}));
   addCompressionOption(*command, options->transform.compression);
-  command->add_flag("--json", options->json, "Print the result as JSON");
+  addJsonOption<verbs::TransformReport>(
+      *command, options->json,
+      "The map that was applied to a 4D mesh, and the file that was written.");
   command->footer(
       "Example:\n  t4d transform bolt.t4d --rotate 1 0 0 90 --move 0 0 5 -o upright.t4d");
   command->callback([=, &exitCode] { exitCode = run(*options); });

@@ -8,8 +8,8 @@
 #include "tools/t4d/console.h"
 #include "tools/t4d/hints.h"
 #include "tools/t4d/input_options.h"
+#include "tools/t4d/json_option.h"
 #include "tools/t4d/part_option.h"
-#include "tools/verbs/json_text.h"
 #include "tools/verbs/validate.h"
 #include "tools/verbs/validate_parts.h"
 
@@ -54,7 +54,7 @@ using Completion = std::function<nlohmann::ordered_json(nlohmann::ordered_json r
 void printReport(const ValidateArguments& options, const verbs::Validation& validation,
                  const Completion& complete = std::identity()) {
   if (options.json) {
-    printJson(complete(verbs::jsonOf(validation, options.deep)));
+    printJson(complete(verbs::Members::valueOf(validation)));
     return;
   }
   const std::string& path = options.path;
@@ -84,7 +84,8 @@ int runPart(const ValidateArguments& options) {
                                 bar.callback(), options.maxCells);
   }
   if (!found) return report(found.error());
-  const verbs::Validation validation = verbs::validationOf(*found);
+  verbs::Validation validation = verbs::validationOf(*found);
+  validation.deep = options.deep;
   printReport(options, validation, [&](nlohmann::ordered_json report) {
     return options.part.reportOf(std::move(report), input, verbs::stateOf(*found));
   });
@@ -100,6 +101,7 @@ int run(const ValidateArguments& options) {
                                  options.maxCells);
   }
   if (!validation) return report(validation.error());
+  validation->deep = options.deep;
   printReport(options, *validation);
   // A file that can be read to its end needs no recovery.
   if (!validation->mesh) sayHint(hintForFile(options.path));
@@ -116,7 +118,10 @@ void addValidate(CLI::App& app, int& exitCode) {
   command->add_flag("--deep", options->deep, "Also check that every vertex link is a sphere");
   options->part.addTo(*command,
                       "Check only part K of N of the slabs; `t4d join` joins the reports");
-  command->add_flag("--json", options->json, "Print JSON");
+  addJsonOption<verbs::Validation>(
+      *command, options->json,
+      "The result of checking a .t4d file. The measures are totals over all bodies, and null if "
+      "the file cannot be read that far.");
   addMaxCellsOption(*command, options->maxCells);
   command->footer("Examples:\n  t4d validate bolt.t4d --deep\n  zcat bolt.t4d.gz | t4d validate -");
   command->callback([=, &exitCode] { exitCode = run(*options); });

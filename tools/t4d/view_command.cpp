@@ -6,6 +6,7 @@
 #include "tools/t4d/console.h"
 #include "tools/t4d/console_observer.h"
 #include "tools/t4d/input_options.h"
+#include "tools/t4d/json_option.h"
 #include "tools/t4d/option_checks.h"
 #include "tools/verbs/view.h"
 #include "tools/viewer/page_text.h"
@@ -40,7 +41,7 @@ int serve(const ViewArguments& options) {
   }
   const auto served = serveViewer(*page, files, options.port, [&](const std::string& url) {
     if (options.json) {
-      tools::printText(jsonOf(verbs::ViewReport{.url = url, .files = viewed->names()}) + "\n");
+      printAsJson(verbs::ViewReport{.url = url, .files = viewed->names()});
     } else {
       print("{}\n", url);
       say("serving until Ctrl-C");
@@ -58,7 +59,7 @@ int write(const ViewArguments& options) {
   const auto done = verbs::view(options.view, observer);
   if (!done) return report(done.error());
   if (options.json) {
-    tools::printText(jsonOf(*done) + "\n");
+    printAsJson(*done);
     return kDone;
   }
   print("{}: {}{}\n", done->output, sizeText(*done->bytes),
@@ -102,7 +103,8 @@ void addView(CLI::App& app, int& exitCode) {
                    "Write a folder, or one .html page, instead of serving; - for standard output")
       ->check(someName());
   addMaxCellsOption(*command, options->view.maxCells);
-  command->add_flag("--json", options->json, "Print JSON");
+  addJsonOption<verbs::ViewReport>(*command, options->json,
+                                   "The page that is served or was written.");
   command->footer("Example:\n  t4d view bolt.t4d\n  t4d view bolt.t4d -o bolt.html");
   command->callback([=, &exitCode] { exitCode = run(*options); });
 }

@@ -66,7 +66,6 @@ void VoxelSeriesOptions::addTo(CLI::App& command) {
   command.add_flag("--mask", mask, "Write masks of inside points instead of level sets");
   lostParts.addTo(command);
   part.addTo(command, "Write only part K of N of the frames, into the same folder");
-  command.add_flag("--json", json, "Print the result as JSON");
 }
 
 verbs::VoxelSeriesOptions VoxelSeriesOptions::at(std::vector<double> frameTimes,
@@ -75,17 +74,15 @@ verbs::VoxelSeriesOptions VoxelSeriesOptions::at(std::vector<double> frameTimes,
 }
 
 int reportVoxelSeries(const VoxelSeriesOptions& options, std::size_t frames,
-                      const verbs::VoxelSeriesReport& written, nlohmann::ordered_json first,
+                      const verbs::VoxelSeriesReport& written, nlohmann::ordered_json json,
                       nlohmann::ordered_json identity) {
   const voxel4d::VoxelSeries& series = written.series;
   if (options.json) {
-    auto& result = first;
-    result.update(nlohmann::ordered_json::parse(verbs::jsonOf(written, peakBytes())));
     if (options.part.isGiven()) {
       identity["frames"] = frames;
-      result = options.part.reportOf(std::move(result), std::move(identity));
+      json = options.part.reportOf(std::move(json), std::move(identity));
     }
-    printJson(result);
+    printJson(json);
   } else {
     print("{}: {} of {} from time {} to {}\n", options.folder, counted(series.frames, "frame"),
           options.mask ? "inside points" : "level sets", written.time.begin, written.time.end);

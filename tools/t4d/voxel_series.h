@@ -53,17 +53,16 @@ struct VoxelSeriesOptions {
   PartOption part;
   bool json = false;
 
-  /// Adds all options except those of addFrameTimes.
+  /// Adds all options except --json and those of addFrameTimes.
   void addTo(CLI::App& command);
   /// The options for the library; `name` is that of the solid.
   verbs::VoxelSeriesOptions at(std::vector<double> frameTimes, std::string name) const;
 };
 
-/// Prints what was written of `frames` frames; returns the exit code. JSON begins with the members
-/// of `first`; `identity` is that of the input of a part.
+/// Prints what was written of `frames` frames, as `json` if that is asked for; returns the exit
+/// code. `identity` is that of the input of a part.
 int reportVoxelSeries(const VoxelSeriesOptions& options, std::size_t frames,
-                      const verbs::VoxelSeriesReport& written,
-                      nlohmann::ordered_json first = nlohmann::ordered_json::object(),
+                      const verbs::VoxelSeriesReport& written, nlohmann::ordered_json json,
                       nlohmann::ordered_json identity = {});
 
 }  // namespace t4d::tools

@@ -1,6 +1,7 @@
 #include "tools/t4d/commands.h"
 #include "tools/t4d/console.h"
 #include "tools/t4d/console_observer.h"
+#include "tools/t4d/json_option.h"
 #include "tools/t4d/moving_mesh.h"
 #include "tools/t4d/voxel_series.h"
 #include "tools/verbs/mending.h"
@@ -31,9 +32,9 @@ int run(const VoxelizeArguments& options) {
   const auto written = verbs::voxelize(std::move(mesh), std::move(loaded->motion),
                                        options.series.at(*times, options.input.model), observer);
   if (!written) return report(written.error());
-  auto first = nlohmann::ordered_json::object();
-  if (!loaded->solid.mended.empty()) first["mend"] = verbs::mendJson(loaded->solid.mended);
-  const int done = reportVoxelSeries(options.series, times->size(), *written, std::move(first));
+  const int done = reportVoxelSeries(
+      options.series, times->size(), *written,
+      verbs::Members::valueOf(verbs::VoxelizeReport{*written, loaded->solid.mended}));
   return done == kDone ? reportLosses(loaded->solid.losses) : done;
 }
 
@@ -45,6 +46,9 @@ void addVoxelize(CLI::App& app, int& exitCode) {
   auto options = std::make_shared<VoxelizeArguments>();
   options->input.addTo(*command);
   options->series.addTo(*command);
+  addJsonOption<verbs::VoxelizeReport>(
+      *command, options->series.json,
+      "The time series of OpenVDB grids that was made of a moving solid, one file each.");
   addFrameTimes(*command, options->series.times, "", kFramesByMotion);
   command->footer(
       "Example:\n  t4d voxelize bolt.obj --motion screw-in.json --voxel-size 0.25 -o bolt-frames\n"

@@ -16,6 +16,7 @@
 #include "tools/t4d/console.h"
 #include "tools/t4d/console_observer.h"
 #include "tools/t4d/frame_order.h"
+#include "tools/t4d/json_option.h"
 #include "tools/t4d/numbers.h"
 #include "tools/t4d/option_checks.h"
 #include "tools/t4d/part_option.h"
@@ -264,7 +265,7 @@ std::vector<std::string> noticesOf(const WeaveArguments& options,
 /// The report, with the member that `t4d join` needs of a part.
 std::string jsonOf(const WeaveArguments& options, const verbs::WeaveReport& report,
                    std::uint64_t frames) {
-  return options.part.inReport(verbs::jsonOf(report, peakBytes()), [&] {
+  return options.part.inReport(verbs::reportText(report), [&] {
     return ordered_json{{"frames", frames}};
   });
 }
@@ -412,7 +413,8 @@ void addWeave(CLI::App& app, int& exitCode) {
   options->lostParts.addTo(*command);
   options->part.addTo(*command, "Weave only part K of N; `t4d join` joins the parts");
   options->output.addTo(*command);
-  command->add_flag("--json", options->json, "Print the result as JSON");
+  addJsonOption<verbs::WeaveReport>(*command, options->json,
+                                    "What was made: a 4D mesh in a .t4d file.");
   for (const auto& [name, help] : {
            std::pair{"--channel", "Which of several channels, counted from 0, or its name"},
            std::pair{"--level", "OME-Zarr: level of the image (default: 0, the finest)"},

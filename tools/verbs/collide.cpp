@@ -15,7 +15,7 @@
 #include "model/amount_text.h"
 #include "model/parallel.h"
 #include "tools/verbs/csv_field.h"
-#include "tools/verbs/json_text.h"
+#include "tools/verbs/members.h"
 
 namespace t4d::verbs {
 namespace {
@@ -102,78 +102,106 @@ std::string_view nameOf(Verdict verdict) {
   return "";
 }
 
-ordered_json jsonOf(const Point3& point) { return {point.x(), point.y(), point.z()}; }
-
-ordered_json jsonOf(const std::optional<measure::CellNumber>& cell) {
-  if (!cell) return {};
-  return {{"slab", cell->slab}, {"cell", cell->cell}};
+void describeCell(Members& members, const measure::CellNumber& cell) {
+  members("slab", cell.slab, "Slab of the body, counted from 0.");
+  members("cell", cell.cell, "Cell of the slab, counted from 0.");
 }
 
-ordered_json jsonOf(const CollidedPair& pair, const CollideReport& report) {
-  const Collision& collision = pair.collision;
-  const bool overlapVolumes = report.overlapVolumes;
-  ordered_json value = {{"a", pair.a.name},
-                        {"b", pair.b.name},
-                        {"common", nullptr},
-                        {"contact", collision.contact()},
-                        {"verdict", nameOf(pair.verdict.verdict)},
-                        {"first_contact", nullptr},
-                        {"intervals", ordered_json::array()}};
-  if (collision.common) value["common"] = {collision.common->begin, collision.common->end};
-  const auto measured = [&](double number) {
-    return overlapVolumes ? std::optional(number) : std::nullopt;
+void describeInterval(Members& members, const measure::ContactInterval& interval, bool measured) {
+  const auto ofOverlap = [&](double number) {
+    return measured ? std::optional(number) : std::nullopt;
   };
-  for (const measure::ContactInterval& interval : collision.intervals) {
-    value["intervals"].push_back(
-        {{"begin", interval.begin},
-         {"end", interval.end},
-         {"overlaps", interval.overlaps},
-         {"deepest_time", orNull(measured(interval.deepestTime))},
-         {"overlap_volume", orNull(measured(interval.overlapVolume))},
-         {"overlap_volume_error", orNull(measured(interval.volumeError))}});
+  members("begin", interval.begin, "First time.");
+  members("end", interval.end, "Last time.");
+  members("overlaps", interval.overlaps,
+          "Whether their interiors have common points; if not, they touch.");
+  members("deepest_time", ofOverlap(interval.deepestTime),
+          "When the overlap is largest; null with --no-volume.");
+  members("overlap_volume", ofOverlap(interval.overlapVolume),
+          "Volume of the overlap then; null with --no-volume.")
+      .atLeast(0);
+  members("overlap_volume_error", ofOverlap(interval.volumeError),
+          "Estimate of its error; null with --no-volume.")
+      .atLeast(0);
+}
+
+void describePair(Members& members, const CollidedPair& pair, const CollideReport& report) {
+  const Collision& collision = pair.collision;
+  const bool meets = collision.contact();
+  const std::optional<Contact> first =
+      meets ? std::optional(collision.intervals.front().first) : std::nullopt;
+  measure::Clearance nearest = collision.clearance.value_or(measure::Clearance());
+  if (meets) {
+    nearest.distance = nearest.lowerBound = 0;
+    nearest.time = first->time;
+    nearest.pointA = nearest.pointB = first->point;
   }
-  std::optional<double> distance;
-  std::optional<double> bound;
-  std::optional<double> time;
-  ordered_json points;
-  if (collision.contact()) {
-    const Contact& first = collision.intervals.front().first;
-    value["first_contact"] = {{"time", first.time},
-                              {"point", jsonOf(first.point)},
-                              {"cell_a", jsonOf(first.a)},
-                              {"cell_b", jsonOf(first.b)}};
-    if (!report.joints.empty()) {
-      ordered_json& joints = value["first_contact"]["joints"] = ordered_json::array();
-      for (const formats::JointCourse& joint : report.joints) {
-        joints.push_back(
-            {{"name", joint.name}, {"value", joint.at(first.time)}, {"unit", joint.unit}});
-      }
-    }
-    distance = bound = 0;
-    time = first.time;
-    points = {jsonOf(first.point), jsonOf(first.point)};
-  } else if (collision.clearance) {
-    const measure::Clearance& nearest = *collision.clearance;
-    distance = nearest.distance;
-    bound = nearest.lowerBound;
-    time = nearest.time;
-    points = {jsonOf(nearest.pointA), jsonOf(nearest.pointB)};
-  }
-  value["min_clearance"] = orNull(distance);
-  value["min_clearance_bound"] = orNull(bound);
-  value["min_clearance_time"] = orNull(time);
-  value["min_clearance_points"] = points;
-  value["chord_bound"] = orNull(pair.verdict.chordBound);
-  value["depth"] = pair.verdict.depth;
-  value["clear_by"] = collision.common ? ordered_json(pair.verdict.clearBy) : ordered_json();
-  value["rv_min"] = orNull(pair.decidingVolumeRatio());
-  value["steps_per_turn"] = orNull(pair.decidingStepsPerTurn());
-  value["max_deviation"] = orNull(pair.decidingDeviation());
-  value["keeps_clearance"] = pair.clearance ? ordered_json(pair.keepsClearance()) : ordered_json();
-  value["breaks_clearance"] =
-      pair.clearance ? ordered_json(pair.clearance->answer == ClearanceVerdict::Answer::NotKept)
-                     : ordered_json();
-  return value;
+  const auto ofNearest = [&](auto value) {
+    return meets || collision.clearance ? std::optional(value) : std::nullopt;
+  };
+  const auto ofCommon = [&](auto value) {
+    return collision.common ? std::optional(value) : std::nullopt;
+  };
+  const auto ofClearance = [&](bool value) {
+    return pair.clearance ? std::optional(value) : std::nullopt;
+  };
+  const model::TimeSpan common = collision.common.value_or(model::TimeSpan());
+  members("a", pair.a.name, "Name of a body.");
+  members("b", pair.b.name, "Name of the other body.");
+  members("common", ofCommon(std::array{common.begin, common.end}),
+          "First and last time when both exist; null if there is none.");
+  members("contact", collision.contact(), "Whether the meshes meet.");
+  members("verdict", nameOf(pair.verdict.verdict), "What is certain of the motions.")
+      .oneOf({"hit", "touch", "clear", "within-tolerance"});
+  members("first_contact", first, "The first contact; null without one.",
+          [&](Members& own, const Contact& contact) {
+            own("time", contact.time, "When.");
+            own("point", contact.point, "Where: x, y, z.");
+            own("cell_a", contact.a, "The cell of a that meets one of b; null if only b has one.",
+                describeCell);
+            own("cell_b", contact.b, "The cell of b; null if only a has one.", describeCell);
+            own("joints", report.joints,
+                "Values of all joints at this time; absent if no file has joints.",
+                [&](Members& ofJoint, const formats::JointCourse& joint) {
+                  ofJoint("name", joint.name, "Name of the joint.");
+                  ofJoint("value", joint.values.empty() ? 0 : joint.at(contact.time),
+                          "Its value, in its unit.");
+                  ofJoint("unit", joint.unit, "Unit of the value; empty if unknown.");
+                })
+                .onlyIf(!report.joints.empty());
+          });
+  members("intervals", collision.intervals, "When they are in contact, in time order.",
+          [&](Members& own, const measure::ContactInterval& interval) {
+            describeInterval(own, interval, report.overlapVolumes);
+          });
+  members("min_clearance", ofNearest(nearest.distance),
+          "Smallest distance at equal times; 0 with contact, null without a common time.");
+  members("min_clearance_bound", ofNearest(nearest.lowerBound), "A proven lower bound of it.");
+  members("min_clearance_time", ofNearest(nearest.time), "When they are nearest.");
+  members("min_clearance_points", ofNearest(std::array{nearest.pointA, nearest.pointB}),
+          "The two points that are nearest.");
+  members("chord_bound", pair.verdict.chordBound,
+          "How far the two meshes together can be from the motions; null if unknown.");
+  members("depth", pair.verdict.depth, "Lower bound of how deep the solids overlap.").atLeast(0);
+  members("clear_by", ofCommon(pair.verdict.clearBy),
+          "The distance that is certain; null for bodies that never exist together.")
+      .atLeast(0);
+  members("rv_min", pair.decidingVolumeRatio(),
+          "The --rv-min of sweep that would decide a verdict within-tolerance, or a clearance that "
+          "is neither kept nor broken for certain; null if there is none.");
+  members("steps_per_turn", pair.decidingStepsPerTurn(),
+          "The steps in a turn that rv_min makes; null where it is null.")
+      .atLeast(1);
+  members("max_deviation", pair.decidingDeviation(),
+          "The --max-deviation of sweep that would decide the same, for the motions of mechanisms "
+          "too, in length units; null if there is none.")
+      .above(0);
+  members("keeps_clearance", ofClearance(pair.keepsClearance()),
+          "Whether --clearance is kept for certain; null without it.");
+  members(
+      "breaks_clearance",
+      ofClearance(pair.clearance && pair.clearance->answer == ClearanceVerdict::Answer::NotKept),
+      "Whether --clearance is certainly not kept; null without it.");
 }
 
 /// The bodies of the pairs that were reshaped, each once.
@@ -405,25 +433,39 @@ std::string clearanceJson(const CollideReport& report) {
   return jsonText(value);
 }
 
-std::string jsonOf(const CollideReport& report) {
-  ordered_json value = {{"pairs", ordered_json::array()}};
-  for (const CollidedPair& pair : report.pairs) {
-    value["pairs"].push_back(jsonOf(pair, report));
-  }
-  value["ignored"] = ordered_json::array();
-  for (const auto& [a, b] : report.ignored) value["ignored"].push_back({{"a", a}, {"b", b}});
-  if (!report.mended.empty()) value["mended"] = ordered_json::array();
-  for (const MendedOfFile& mended : report.mended) {
-    value["mended"].push_back({{"file", mended.file},
-                               {"body", mended.body},
-                               {"volume_before", orNull(mended.info.volumeBefore)},
-                               {"volume_after", mended.info.volumeAfter},
-                               {"hausdorff", mended.info.hausdorff},
-                               {"lost_triangles", mended.info.lostTriangles},
-                               {"lost_distance", mended.info.lostDistance},
-                               {"hull", mended.info.hull}});
-  }
-  return jsonText(value);
+void describe(Members& members, const CollideReport& report) {
+  members("pairs", report.pairs, "Each two bodies that were tested.",
+          [&](Members& own, const CollidedPair& pair) { describePair(own, pair, report); })
+      .joined(Joined::Appended);
+  members("ignored", report.ignored,
+          "Pairs that were not tested: those of --ignore, and bodies joined to each other.",
+          [](Members& own, const BodyNames& names) {
+            own("a", names[0], "Name of a body.");
+            own("b", names[1], "Name of the other body.");
+          })
+      .joined(Joined::First);
+  members("mended", report.mended,
+          "Bodies that mending reshaped before they were swept: what is found is about the mended "
+          "solids. Absent if there are none.",
+          [](Members& own, const MendedOfFile& mended) {
+            const formats::MendedInfo& info = mended.info;
+            own("file", mended.file, "Input with the body.");
+            own("body", mended.body, "Name of the body.");
+            own("volume_before", info.volumeBefore,
+                "Volume that the given surface enclosed; null if it was open.");
+            own("volume_after", info.volumeAfter, "Volume that the mended surface encloses.");
+            own("hausdorff", info.hausdorff,
+                "Hausdorff distance between the surfaces before and after, in length units.")
+                .atLeast(0);
+            own("lost_triangles", info.lostTriangles,
+                "Given triangles with points outside of the mended solid, which were dropped.");
+            own("lost_distance", info.lostDistance,
+                "Distance that these reach out of the mended solid, in length units.")
+                .atLeast(0);
+            own("hull", info.hull, "Whether the body became its convex hull.");
+          })
+      .onlyIf(!report.mended.empty())
+      .joined(Joined::First);
 }
 
 }  // namespace t4d::verbs

@@ -16,6 +16,8 @@
 
 namespace t4d::verbs {
 
+class Members;
+
 /// Two bodies by their names.
 using BodyNames = std::array<std::string, 2>;
 
@@ -89,8 +91,7 @@ std::string clearanceCsv(const CollideReport& report);
 /// The samples as JSON: for each pair its names and `samples`.
 std::string clearanceJson(const CollideReport& report);
 
-/// The report as JSON (docs/schemas/collide.schema.json).
-std::string jsonOf(const CollideReport& report);
+void describe(Members& members, const CollideReport& report);
 
 /// Two solids at a time.
 struct ContactView {

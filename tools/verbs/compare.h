@@ -13,6 +13,8 @@
 
 namespace t4d::verbs {
 
+class Members;
+
 /// Values that 1, 50 and 99 per cent of the cells do not exceed.
 struct CellQuantiles {
   double p01 = 0;
@@ -125,8 +127,7 @@ struct ConvergenceOrders {
 };
 ConvergenceOrders ordersOf(std::span<const Comparison> comparisons);
 
-/// The report as JSON (docs/schemas/compare.schema.json).
-std::string jsonOf(const CompareReport& report);
+void describe(Members& members, const CompareReport& report);
 
 /// A heading and a row for each time of each comparison and, if there are bodies, instead for each
 /// body at each time, in a column `body`; what is undefined is left empty. Numbers are in the

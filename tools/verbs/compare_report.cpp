@@ -3,16 +3,13 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "tools/verbs/compare.h"
 #include "tools/verbs/csv_field.h"
-#include "tools/verbs/json_text.h"
+#include "tools/verbs/members.h"
 
 namespace t4d::verbs {
 namespace {
-
-using nlohmann::ordered_json;
 
 /// The slope of the least-squares line through the points' logarithms; empty for fewer than two
 /// different sizes.
@@ -46,66 +43,122 @@ std::optional<double> orderBy(std::span<const Comparison> comparisons, ErrorOf e
   return logarithmicSlope(points);
 }
 
-ordered_json jsonOf(const CellQuantiles& quantiles) {
-  const auto number = [](double value) {
-    return std::isfinite(value) ? ordered_json(value) : ordered_json();
-  };
-  return {{"p01", number(quantiles.p01)},
-          {"p50", number(quantiles.p50)},
-          {"p99", number(quantiles.p99)}};
+void describeQuantiles(Members& members, const CellQuantiles& quantiles) {
+  members("p01", quantiles.p01, "The value that 1 % of the cells do not exceed; null if infinite.")
+      .orNull();
+  members("p50", quantiles.p50, "The value that 50 % of the cells do not exceed; null if infinite.")
+      .orNull();
+  members("p99", quantiles.p99, "The value that 99 % of the cells do not exceed; null if infinite.")
+      .orNull();
 }
 
-ordered_json jsonOf(const ComparedMesh& mesh) {
-  ordered_json value = {{"name", mesh.name},
-                        {"backend", mesh.backend},
-                        {"vertices", mesh.vertices},
-                        {"tetrahedra", mesh.tetrahedra},
-                        {"bytes", mesh.bytes},
-                        {"seconds", orNull(mesh.seconds)},
-                        {"peak_bytes", orNull(mesh.peakBytes)},
-                        {"hypervolume", mesh.hypervolume},
-                        {"quality",
-                         {{"time_scale", mesh.shapes.timeScale},
-                          {"radius_ratio", jsonOf(mesh.shapes.radiusRatio)},
-                          {"smallest_angle", jsonOf(mesh.shapes.smallestAngle)}}}};
-  if (mesh.hypervolumeExpected) value["hypervolume_expected"] = *mesh.hypervolumeExpected;
-  if (const auto error = mesh.hypervolumeError()) value["hypervolume_error"] = *error;
-  if (mesh.voxelSize) value["voxel_size"] = *mesh.voxelSize;
-  if (mesh.frames) value["frames"] = *mesh.frames;
-  return value;
+void describeMesh(Members& members, const ComparedMesh& mesh) {
+  members("name", mesh.name, "The method, or the name of the file and its backend.");
+  members("backend", mesh.backend, "mesh4d, voxel4d or another word; empty if the file has none.");
+  members("vertices", mesh.vertices, "Vertices, each counted once.");
+  members("tetrahedra", mesh.tetrahedra, "Cells.");
+  members("bytes", mesh.bytes, "Size of the file, in bytes.");
+  members("seconds", mesh.seconds, "Time to make the mesh, in seconds; null for an existing file.")
+      .atLeast(0);
+  members("peak_bytes", mesh.peakBytes,
+          "Peak memory to make the mesh, in bytes; null for an existing file.");
+  members("hypervolume", mesh.hypervolume,
+          "Enclosed hypervolume, in cubed length units times time units.")
+      .orNull();
+  members("quality", mesh.shapes, "The shape of the cells, as `t4d quality` measures it.",
+          [](Members& own, const CellShapes& shapes) {
+            own("time_scale", shapes.timeScale,
+                "The length that one unit of time counts as: the mean normal speed of a.")
+                .above(0);
+            own("radius_ratio", shapes.radiusRatio,
+                "Circumradius divided by three inradii; 1 for a regular cell.", describeQuantiles);
+            own("smallest_angle", shapes.smallestAngle, "In degrees.", describeQuantiles);
+          });
+  members("hypervolume_expected", mesh.hypervolumeExpected.value_or(0),
+          "Hypervolume of the true moving solid. Only for one solid and both backends.")
+      .atLeast(0)
+      .orNull()
+      .onlyIf(mesh.hypervolumeExpected.has_value());
+  members("hypervolume_error", mesh.hypervolumeError().value_or(0),
+          "A fraction: (hypervolume - hypervolume_expected) / hypervolume_expected.")
+      .orNull()
+      .onlyIf(mesh.hypervolumeError().has_value());
+  members("voxel_size", mesh.voxelSize.value_or(0),
+          "Voxel size, in length units. Only of voxel4d for one solid.")
+      .above(0)
+      .onlyIf(mesh.voxelSize.has_value());
+  members("frames", mesh.frames.value_or(0), "Number of frames. Only of voxel4d for one solid.")
+      .atLeast(2)
+      .onlyIf(mesh.frames.has_value());
 }
 
-/// The slice as JSON, without its time.
-ordered_json jsonOf(const ComparedSlice& slice) {
-  const auto distance = [](double length) {
-    return std::isfinite(length) ? ordered_json(length) : ordered_json();
-  };
-  return {{"volume_a", slice.volumeA},
-          {"volume_b", slice.volumeB},
-          {"area_a", slice.areaA},
-          {"area_b", slice.areaB},
-          {"symmetric_difference", slice.difference.volume},
-          {"hausdorff", distance(slice.distance.hausdorff())},
-          {"hausdorff_95", distance(slice.surfaces.hausdorff95)},
-          {"mean_distance", distance(slice.surfaces.meanDistance)},
-          {"volume_difference", slice.volumeDifference()},
-          {"dice", orNull(slice.dice())},
-          {"jaccard", orNull(slice.jaccard())}};
+/// Adds what a slice says besides its time.
+void addComparedSlice(Members& members, const ComparedSlice& slice) {
+  members("volume_a", slice.volumeA,
+          "Volume of solid a, in cubed length units; 0 if it does not exist at this time.")
+      .orNull();
+  members("volume_b", slice.volumeB,
+          "Volume of solid b, in cubed length units; 0 if it does not exist at this time.")
+      .orNull();
+  members("area_a", slice.areaA,
+          "Area of the surface of a, in squared length units; 0 if it does not exist at this time.")
+      .atLeast(0)
+      .orNull();
+  members("area_b", slice.areaB,
+          "Area of the surface of b, in squared length units; 0 if it does not exist at this time.")
+      .atLeast(0)
+      .orNull();
+  members("symmetric_difference", slice.difference.volume,
+          "Volume that is in one solid but not in the other, in cubed length units, to about four "
+          "digits.")
+      .atLeast(0)
+      .orNull();
+  members("hausdorff", slice.distance.hausdorff(),
+          "Largest distance from a point of one surface to the other surface, in length units. It "
+          "may be too small by a thousandth of the solids' diagonal. Also null if only one solid "
+          "exists.")
+      .atLeast(0)
+      .orNull();
+  members("hausdorff_95", slice.surfaces.hausdorff95,
+          "The larger of two distances, within which 95 % of the surface of one solid is from that "
+          "of the other, in length units. Also null if only one solid exists.")
+      .atLeast(0)
+      .orNull();
+  members("mean_distance", slice.surfaces.meanDistance,
+          "Mean distance of the points of each surface from the other, over the area of both, in "
+          "length units. Also null if only one solid exists.")
+      .atLeast(0)
+      .orNull();
+  members("volume_difference", slice.volumeDifference(),
+          "volume_b - volume_a, in cubed length units.")
+      .orNull();
+  members("dice", slice.dice(),
+          "Twice the volume of both as a part of the sum of their volumes. Also null if neither "
+          "exists.")
+      .atMost(1);
+  members("jaccard", slice.jaccard(),
+          "The volume of both as a part of that of either. Also null if neither exists.")
+      .atMost(1);
 }
 
-ordered_json slicesJson(const Comparison& comparison) {
-  ordered_json value = ordered_json::array();
+struct NamedSlice {
+  std::string name;  ///< of a body
+  ComparedSlice slice;
+};
+struct SlicesAtTime {
+  ComparedSlice all;
+  std::vector<NamedSlice> bodies;
+};
+
+std::vector<SlicesAtTime> slicesOf(const Comparison& comparison) {
+  std::vector<SlicesAtTime> slices;
   for (std::size_t i = 0; i < comparison.slices.size(); ++i) {
-    ordered_json slice = {{"time", comparison.slices[i].time}};
-    slice.update(jsonOf(comparison.slices[i]));
+    slices.push_back({comparison.slices[i], {}});
     for (const ComparedBody& body : comparison.bodies) {
-      ordered_json one = {{"name", body.name}};
-      one.update(jsonOf(body.slices[i]));
-      slice["bodies"].push_back(std::move(one));
+      slices.back().bodies.push_back({body.name, body.slices[i]});
     }
-    value.push_back(std::move(slice));
   }
-  return value;
+  return slices;
 }
 
 /// A row of the table; `body` is a field with its comma.
@@ -120,19 +173,27 @@ std::string rowOf(const ComparedSlice& slice, const std::string& body) {
                      number(slice.dice()), number(slice.jaccard()));
 }
 
-ordered_json convergenceJson(const CompareReport& report) {
-  ordered_json levels = ordered_json::array();
-  for (const Comparison& comparison : report.comparisons) {
-    ordered_json level = jsonOf(comparison.b);
-    level["symmetric_difference"] = orNull(comparison.meanDifference());
-    level["hausdorff"] = comparison.largestHausdorff();
-    levels.push_back(std::move(level));
-  }
-  const ConvergenceOrders orders = ordersOf(report.comparisons);
-  return {{"levels", std::move(levels)},
-          {"order_hypervolume", orNull(orders.hypervolume)},
-          {"order_symmetric_difference", orNull(orders.difference)},
-          {"order_hausdorff", orNull(orders.hausdorff)}};
+void describeConvergence(Members& members, const std::vector<Comparison>& comparisons) {
+  members("levels", comparisons,
+          "The meshes of voxel4d for each voxel size, from the largest to the smallest.",
+          [](Members& own, const Comparison& comparison) {
+            describeMesh(own, comparison.b);
+            own("symmetric_difference", comparison.meanDifference(),
+                "The difference from a, of all slices together, as a fraction of the volumes of a.")
+                .atLeast(0);
+            own("hausdorff", comparison.largestHausdorff(),
+                "The largest of all slices, in length units.")
+                .atLeast(0)
+                .orNull();
+          })
+      .itemsFrom(2);
+  constexpr const char* kOrder =
+      "Slope of the least-squares line through the logarithms of error and voxel size; null if "
+      "there are fewer than two errors above rounding.";
+  const ConvergenceOrders orders = ordersOf(comparisons);
+  members("order_hypervolume", orders.hypervolume, kOrder);
+  members("order_symmetric_difference", orders.difference, kOrder);
+  members("order_hausdorff", orders.hausdorff, kOrder);
 }
 
 }  // namespace
@@ -183,15 +244,31 @@ ConvergenceOrders ordersOf(std::span<const Comparison> comparisons) {
                   [](const Comparison& c) { return std::optional<double>(c.largestHausdorff()); })};
 }
 
-std::string jsonOf(const CompareReport& report) {
-  const Comparison& comparison = report.comparisons.back();
-  ordered_json value = {{"length_unit", report.lengthUnit},
-                        {"time_unit", report.timeUnit},
-                        {"a", jsonOf(comparison.a)},
-                        {"b", jsonOf(comparison.b)},
-                        {"slices", slicesJson(comparison)}};
-  if (report.comparisons.size() > 1) value["convergence"] = convergenceJson(report);
-  return jsonText(value);
+void describe(Members& members, const CompareReport& report) {
+  static const Comparison kNone;
+  const Comparison& comparison = report.comparisons.empty() ? kNone : report.comparisons.back();
+  members("length_unit", report.lengthUnit,
+          "Length unit of a, or of b if a has none; empty if neither has one.");
+  members("time_unit", report.timeUnit,
+          "Time unit of a, or of b if a has none; empty if neither has one.");
+  members("a", comparison.a, "One of the meshes, with all its bodies together.", describeMesh);
+  members("b", comparison.b, "The other mesh.", describeMesh);
+  members("slices", slicesOf(comparison),
+          "Both solids at each of the requested times, in that order.",
+          [](Members& own, const SlicesAtTime& at) {
+            own("time", at.all.time, "In time units.");
+            addComparedSlice(own, at.all);
+            own("bodies", at.bodies, "With --each-body: each body with that of the same name.",
+                [](Members& ofBody, const NamedSlice& body) {
+                  ofBody("name", body.name, "The name of the body.");
+                  addComparedSlice(ofBody, body.slice);
+                })
+                .itemsFrom(1)
+                .onlyIf(!at.bodies.empty());
+          })
+      .itemsFrom(1);
+  members("convergence", report.comparisons, "Only for several voxel sizes.", describeConvergence)
+      .onlyIf(report.comparisons.size() > 1);
 }
 
 std::string csvOf(const CompareReport& report) {

@@ -1,10 +1,8 @@
 #include "tools/verbs/compress.h"
 
-#include <nlohmann/json.hpp>
-
 #include "platform/stopwatch.h"
 #include "t4d/file.h"
-#include "tools/verbs/json_text.h"
+#include "tools/verbs/members.h"
 
 namespace t4d::verbs {
 namespace {
@@ -40,11 +38,11 @@ Result<CompressReport> compress(const Input& input, const CompressOptions& optio
   return report;
 }
 
-std::string jsonOf(const CompressReport& report, std::uint64_t peakBytes) {
-  return jsonText({{"bytes_before", report.bytesBefore},
-                   {"bytes", report.bytes},
-                   {"seconds", report.seconds},
-                   {"peak_bytes", peakBytes}});
+void describe(Members& members, const CompressReport& report) {
+  members("bytes_before", report.bytesBefore, "Size of the file read, in bytes.")
+      .joined(Joined::First);
+  members("bytes", report.bytes, "Size of the file written, in bytes.").joined(Joined::Unknown);
+  addCosts(members, report.seconds);
 }
 
 }  // namespace t4d::verbs

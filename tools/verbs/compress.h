@@ -9,6 +9,8 @@
 
 namespace t4d::verbs {
 
+class Members;
+
 struct CompressOptions {
   std::string output = {};  ///< the .t4d to write
   formats::T4dWriteOptions writing = {.compression = 19};
@@ -27,7 +29,6 @@ struct CompressReport {
 Result<CompressReport> compress(const Input& input, const CompressOptions& options,
                                 Observer& observer = nobody());
 
-/// The report as JSON (docs/schemas/compress.schema.json).
-std::string jsonOf(const CompressReport& report, std::uint64_t peakBytes);
+void describe(Members& members, const CompressReport& report);
 
 }  // namespace t4d::verbs

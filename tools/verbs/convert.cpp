@@ -17,7 +17,7 @@
 #include "platform/stopwatch.h"
 #include "t4d/file.h"
 #include "tools/verbs/convert_input.h"
-#include "tools/verbs/json_text.h"
+#include "tools/verbs/members.h"
 
 namespace t4d::verbs {
 namespace {
@@ -227,17 +227,23 @@ Result<ConvertReport> convert(const ConvertOptions& options, Observer& observer)
   return report;
 }
 
-std::string jsonOf(const ConvertReport& report, std::uint64_t peakBytes) {
-  return jsonText({{"in", {{"format", report.from}, {"dialect", report.dialect}}},
-                   {"out", {{"format", report.to}}},
-                   {"bodies", report.bodies},
-                   {"vertices", report.vertices},
-                   {"tetrahedra", report.tetrahedra},
-                   {"closed", report.closed},
-                   {"oriented", report.oriented},
-                   {"losses", report.losses},
-                   {"seconds", report.seconds},
-                   {"peak_bytes", peakBytes}});
+void describe(Members& members, const ConvertReport& report) {
+  members("in", report, "The format of the input, and how the file uses it.",
+          [](Members& own, const ConvertReport& of) {
+            own("format", of.from, "Name of the format, as in --from.").notEmpty();
+            own("dialect", of.dialect, "The variant of the format; empty if it has only one.");
+          });
+  members("out", report, "The format of the output.", [](Members& own, const ConvertReport& of) {
+    own("format", of.to, "Name of the format, as in --to.").notEmpty();
+  });
+  members("bodies", report.bodies, "Bodies written.").atLeast(1);
+  members("vertices", report.vertices, "Vertices written; those where two slabs meet count once.");
+  members("tetrahedra", report.tetrahedra, "Tetrahedra written.");
+  members("closed", report.closed, "Whether every triangle has exactly two tetrahedra.");
+  members("oriented", report.oriented,
+          "Whether the two tetrahedra of each triangle are on opposite sides.");
+  members("losses", report.losses, "Data that the output could not keep, one sentence each.");
+  addCosts(members, report.seconds);
 }
 
 }  // namespace t4d::verbs

@@ -11,6 +11,8 @@
 
 namespace t4d::verbs {
 
+class Members;
+
 /// The id of .t4d, which is none of formats::mesh4dFormats.
 inline constexpr std::string_view kT4dFormat = "t4d";
 
@@ -60,7 +62,6 @@ std::string formatToWrite(const ConvertOptions& options);
 /// and for options that a .t4d as input excludes.
 Result<ConvertReport> convert(const ConvertOptions& options, Observer& observer = nobody());
 
-/// The report as JSON (docs/schemas/convert.schema.json); `peakBytes` is the memory that it took.
-std::string jsonOf(const ConvertReport& report, std::uint64_t peakBytes);
+void describe(Members& members, const ConvertReport& report);
 
 }  // namespace t4d::verbs

@@ -206,4 +206,13 @@ Result<Diff> diff(const std::filesystem::path& a, const std::filesystem::path& b
   return diff;
 }
 
+void describe(Members& members, const Diff& diff) {
+  constexpr std::array kLevels = {"bytes", "mesh", "solid", "different"};
+  members("same", diff.level != SameLevel::Different, "Whether they agree at some level.");
+  members("level", kLevels[static_cast<std::size_t>(diff.level)],
+          "The highest level at which they agree.")
+      .oneOf({kLevels.begin(), kLevels.end()});
+  members("messages", diff.messages, "The differences, one sentence each.");
+}
+
 }  // namespace t4d::verbs

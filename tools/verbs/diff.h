@@ -11,6 +11,8 @@
 
 namespace t4d::verbs {
 
+class Members;
+
 /// Degrees to which two files agree, the closest first.
 enum class SameLevel : std::uint8_t {
   Bytes,  ///< every byte
@@ -42,5 +44,7 @@ struct Diff {
 /// Fails if a file is damaged, but does not check whether a mesh is closed before it is sliced.
 Result<Diff> diff(const std::filesystem::path& a, const std::filesystem::path& b,
                   const DiffOptions& options = {}, const model::Progress& progress = {});
+
+void describe(Members& members, const Diff& diff);
 
 }  // namespace t4d::verbs

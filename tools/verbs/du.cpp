@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <functional>
 
-#include <nlohmann/json.hpp>
-
 #include "tools/verbs/info.h"
-#include "tools/verbs/json_text.h"
+#include "tools/verbs/members.h"
 
 namespace t4d::verbs {
 
@@ -27,19 +25,23 @@ Result<DuReport> du(const std::string& path) {
   return report;
 }
 
-std::string jsonOf(const DuReport& report) {
-  nlohmann::ordered_json value = {{"bytes", report.bytes},
-                                  {"tetrahedra", report.tetrahedra},
-                                  {"bytes_per_tetrahedron", report.perTetrahedron(report.bytes)},
-                                  {"chunks", nlohmann::ordered_json::array()},
-                                  {"other_bytes", report.otherBytes}};
-  for (const formats::T4dChunks& some : report.chunks) {
-    value["chunks"].push_back({{"type", some.type},
-                               {"count", some.count},
-                               {"bytes", some.bytes},
-                               {"bytes_per_tetrahedron", report.perTetrahedron(some.bytes)}});
-  }
-  return jsonText(value);
+void describe(Members& members, const DuReport& report) {
+  const auto perTetrahedron = [&](Members& own, std::uint64_t bytes) {
+    own("bytes_per_tetrahedron", report.perTetrahedron(bytes),
+        "Bytes divided by the tetrahedra of the file; 0 if it has none.")
+        .atLeast(0);
+  };
+  members("bytes", report.bytes, "Size of the file, in bytes.");
+  members("tetrahedra", report.tetrahedra, "Tetrahedra of all bodies.");
+  perTetrahedron(members, report.bytes);
+  members("chunks", report.chunks, "The chunks of each type, the largest total first.",
+          [&](Members& own, const formats::T4dChunks& some) {
+            own("type", some.type, "Type of the chunks.");
+            own("count", some.count, "Number of chunks of this type.").atLeast(1);
+            own("bytes", some.bytes, "Their bytes, including headers and padding.");
+            perTetrahedron(own, some.bytes);
+          });
+  members("other_bytes", report.otherBytes, "Bytes of the header and the footer of the file.");
 }
 
 }  // namespace t4d::verbs

@@ -8,6 +8,8 @@
 
 namespace t4d::verbs {
 
+class Members;
+
 /// The uses of the bytes of a .t4d file.
 struct DuReport {
   std::string name;  ///< for messages: the path, or the URL without credentials
@@ -23,7 +25,6 @@ struct DuReport {
 /// Reads the file as info does.
 Result<DuReport> du(const std::string& path);
 
-/// The report as JSON (docs/schemas/du.schema.json).
-std::string jsonOf(const DuReport& report);
+void describe(Members& members, const DuReport& report);
 
 }  // namespace t4d::verbs

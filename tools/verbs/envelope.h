@@ -13,6 +13,8 @@
 
 namespace t4d::verbs {
 
+class Members;
+
 /// The .vdb files of what a motion does at the points of a lattice; "" for none.
 struct VisitFieldFiles {
   std::string visits = {};  ///< how often a point is visited
@@ -110,8 +112,6 @@ Result<EnvelopeReport> envelope(Passages passages, const EnvelopeOptions& option
 Result<EnvelopeReport> envelope(const Input& input, const EnvelopeOptions& options = {},
                                 Observer& observer = nobody());
 
-/// The report as JSON (docs/schemas/envelope.schema.json). For a part, numbers
-/// of the envelope are null.
-std::string jsonOf(const EnvelopeReport& report, std::uint64_t peakBytes);
+void describe(Members& members, const EnvelopeReport& report);
 
 }  // namespace t4d::verbs

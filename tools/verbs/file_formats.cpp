@@ -2,8 +2,6 @@
 
 #include <initializer_list>
 
-#include <nlohmann/json.hpp>
-
 #include "formats/animation/deformation_reader.h"
 #include "formats/animation/mesh_steps.h"
 #include "formats/gltf/gltf_animation.h"
@@ -15,7 +13,7 @@
 #include "t4d/file.h"
 #include "t4d/frames.h"
 #include "t4d/motion.h"
-#include "tools/verbs/json_text.h"
+#include "tools/verbs/members.h"
 #include "voxel4d/frame_formats.h"
 
 namespace t4d::verbs {
@@ -72,21 +70,29 @@ std::vector<FormatsOfKind> fileFormats() {
            joinedRows({formats::collectionFormats(), formats::animatedGltfFormats()})}};
 }
 
-std::string jsonOf(std::span<const FormatsOfKind> kinds) {
-  auto rows = nlohmann::ordered_json::array();
-  for (const auto& [kind, formats] : kinds) {
-    for (const platform::FileFormat& format : formats) {
-      rows.push_back({{"name", format.name},
-                      {"id", format.id},
-                      {"extensions", format.extensions},
-                      {"kind", kind},
-                      {"reads", format.reads},
-                      {"writes", format.writes},
-                      {"recognised_by", format.recognisedBy},
-                      {"keeps", format.keeps}});
-    }
+void describe(Members& members, const FileFormats& all) {
+  struct Row {
+    std::string_view kind;
+    platform::FileFormat format;
+  };
+  std::vector<Row> rows;
+  for (const auto& [kind, formats] : all.kinds) {
+    for (const platform::FileFormat& format : formats) rows.push_back({kind, format});
   }
-  return jsonText({{"formats", rows}});
+  members(
+      "formats", rows, "In the order of the tables, 4D meshes first.",
+      [](Members& own, const Row& row) {
+        const platform::FileFormat& format = row.format;
+        own("name", format.name, "For users.").notEmpty();
+        own("id", format.id, "As `t4d convert --from` and `--to` take it; empty if they do not.");
+        own("extensions", format.extensions, "With their dots, in lower case.").itemsFrom(1);
+        own("kind", row.kind, "What it holds: 4D mesh, triangle mesh, ...").notEmpty();
+        own("reads", format.reads, "Files of this format are read.");
+        own("writes", format.writes, "Files of this format are written.");
+        own("recognised_by", format.recognisedBy, "How a file shows that it has this format.")
+            .notEmpty();
+        own("keeps", format.keeps, "What it holds of what t4d knows; converting loses the rest.");
+      });
 }
 
 }  // namespace t4d::verbs

@@ -9,6 +9,8 @@
 
 namespace t4d::verbs {
 
+class Members;
+
 /// The file formats of one kind of data.
 struct FormatsOfKind {
   std::string_view kind;  ///< "4D mesh", "triangle mesh", ...
@@ -18,7 +20,10 @@ struct FormatsOfKind {
 /// All formats that are read or written, in the order in which they are listed for users.
 std::vector<FormatsOfKind> fileFormats();
 
-/// The JSON that `t4d formats --json` prints (docs/formats.md).
-std::string jsonOf(std::span<const FormatsOfKind> kinds);
+/// The report of `t4d formats`.
+struct FileFormats {
+  std::vector<FormatsOfKind> kinds;
+};
+void describe(Members& members, const FileFormats& all);
 
 }  // namespace t4d::verbs

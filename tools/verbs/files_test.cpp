@@ -16,6 +16,7 @@
 #include "tools/verbs/convert.h"
 #include "tools/verbs/du.h"
 #include "tools/verbs/info.h"
+#include "tools/verbs/members.h"
 #include "tools/verbs/mend.h"
 #include "tools/verbs/test_moving_cube.h"
 #include "tools/verbs/view.h"
@@ -60,7 +61,7 @@ TEST(Mend, FillsTheHoleInACube) {
   EXPECT_EQ(report->mended.size(), 1);
   EXPECT_EQ(report->triangles, 12);
   EXPECT_NEAR(report->mended.front().report.volumeAfter, 8, 1e-12);
-  const json value = json::parse(jsonOf(*report, 1));
+  const json value = json::parse(reportText(*report));
   EXPECT_TRUE(value["volume_before"].is_null());
   EXPECT_EQ(value["vertices"], 8);
   const auto onto = mend({.input = input, .output = input});
@@ -83,7 +84,7 @@ TEST(Convert, ThereAndBackKeepsTheHypervolume) {
   ASSERT_TRUE(again) << again.error().text();
   EXPECT_TRUE(again->closed && again->oriented);
   EXPECT_NEAR(hypervolumeIn(back), kHypervolume, 1e-12);
-  const json value = json::parse(jsonOf(*again, 1));
+  const json value = json::parse(reportText(*again));
   EXPECT_EQ(value["in"]["format"], "medit");
   EXPECT_EQ(value["out"]["format"], "t4d");
 }
@@ -145,7 +146,7 @@ TEST(Info, CountsWhatTheMeshHas) {
   std::uint64_t cells = 0;
   for (const formats::T4dSlab& slab : report->slabs.front()) cells += slab.cells;
   EXPECT_EQ(total.tetrahedra, cells);
-  const json value = json::parse(jsonOf(*report));
+  const json value = json::parse(reportText(*report));
   EXPECT_EQ(value["bodies"][0]["slab_list"].size(), mesh.slabCount());
 }
 
@@ -159,7 +160,7 @@ TEST(Du, AccountsForAllBytes) {
   EXPECT_EQ(sum, report->bytes);
   EXPECT_TRUE(
       std::ranges::is_sorted(report->chunks, std::ranges::greater(), &formats::T4dChunks::bytes));
-  EXPECT_EQ(json::parse(jsonOf(*report))["other_bytes"], report->otherBytes);
+  EXPECT_EQ(json::parse(reportText(*report))["other_bytes"], report->otherBytes);
 }
 
 /// A page that is made as the viewer's is.
@@ -176,7 +177,7 @@ TEST(View, PutsTheFileIntoThePageOrBesideIt) {
   EXPECT_EQ(page->bytes, std::filesystem::file_size(options.output));
   EXPECT_THAT(platform::contents(options.output),
               HasSubstr(formats::base64(std::vector<std::uint8_t>(bytes.begin(), bytes.end()))));
-  EXPECT_TRUE(json::parse(jsonOf(*page))["url"].is_null());
+  EXPECT_TRUE(json::parse(reportText(*page))["url"].is_null());
 
   const auto folder = temporaryPath("site");
   options.output = folder.string();

@@ -1,14 +1,13 @@
 #include "tools/verbs/filter.h"
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "edit/clip_time.h"
 #include "edit/cut_track.h"
 #include "platform/stopwatch.h"
 #include "t4d/check.h"
 #include "t4d/file.h"
-#include "tools/verbs/json_text.h"
+#include "tools/verbs/members.h"
 
 namespace t4d::verbs {
 namespace {
@@ -121,21 +120,24 @@ Result<FilterReport> filter(const Input& input, const FilterOptions& options, Ob
   return report;
 }
 
-std::string jsonOf(const FilterReport& report, std::uint64_t peakBytes) {
-  auto caps = nlohmann::ordered_json::array();
-  for (const FilterCap& cap : report.caps) {
-    caps.push_back({{"body", cap.body}, {"time", cap.time}, {"triangles", cap.triangles}});
-  }
-  return jsonText({{"bodies", report.bodies},
-                   {"time_begin", report.span.begin},
-                   {"time_end", report.span.end},
-                   {"slabs", report.slabs},
-                   {"slabs_cut", report.slabsCut},
-                   {"tetrahedra", report.cells},
-                   {"caps", caps},
-                   {"bytes", report.bytes},
-                   {"seconds", report.seconds},
-                   {"peak_bytes", peakBytes}});
+void describe(Members& members, const FilterReport& report) {
+  members("bodies", report.bodies, "Bodies written.").atLeast(1);
+  members("time_begin", report.span.begin,
+          "The first requested time, or that of the mesh, in its time unit.");
+  members("time_end", report.span.end,
+          "The last requested time, or that of the mesh, in its time unit.");
+  members("slabs", report.slabs, "Slabs kept, whole or in part; caps are not counted.");
+  members("slabs_cut", report.slabsCut, "Slabs that were cut at the first or last time.");
+  members("tetrahedra", report.cells, "Tetrahedra written, including caps.");
+  members("caps", report.caps, "The layers that were closed by a cap.",
+          [](Members& own, const FilterCap& cap) {
+            own("body", cap.body, "Name of the body.");
+            own("time", cap.time, "Time of the layer.");
+            own("triangles", cap.triangles,
+                "Triangles that the cap closes, each with one tetrahedron.");
+          });
+  members("bytes", report.bytes, "Size of the file, in bytes.");
+  addCosts(members, report.seconds);
 }
 
 }  // namespace t4d::verbs

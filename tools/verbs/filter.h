@@ -11,6 +11,8 @@
 
 namespace t4d::verbs {
 
+class Members;
+
 struct FilterOptions {
   TimeWindow window = {};
   /// Keeps this track alone through its life, by its id (verbs::track, nothing left out), instead
@@ -50,7 +52,6 @@ struct FilterReport {
 Result<FilterReport> filter(const Input& input, const FilterOptions& options,
                             Observer& observer = nobody());
 
-/// The report as JSON (docs/schemas/filter.schema.json).
-std::string jsonOf(const FilterReport& report, std::uint64_t peakBytes);
+void describe(Members& members, const FilterReport& report);
 
 }  // namespace t4d::verbs

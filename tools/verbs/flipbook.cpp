@@ -4,13 +4,12 @@
 #include <filesystem>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "formats/gltf/gltf_writer.h"
 #include "formats/usd/usd_writer.h"
 #include "model/units.h"
 #include "t4d/convert.h"
-#include "tools/verbs/json_text.h"
+#include "tools/verbs/members.h"
 #include "tools/verbs/origin.h"
 #include "tools/verbs/slice_writing.h"
 
@@ -141,21 +140,28 @@ Result<FlipbookReport> flipbook(const Input& input, const FlipbookOptions& optio
   return report;
 }
 
-std::string jsonOf(const FlipbookReport& report) {
+void describe(Members& members, const FlipbookReport& report) {
   const convert::FrameSlicesReport& written = report.written;
-  auto files = nlohmann::ordered_json::array();
-  for (const std::filesystem::path& file : written.files) files.push_back(file.string());
-  nlohmann::ordered_json value = {{"frames", written.frames},
-                                  {"triangles", written.triangles},
-                                  {"time_begin", report.firstTime},
-                                  {"time_end", report.lastTime},
-                                  {"seconds", report.seconds},
-                                  {"bytes", report.bytes},
-                                  {"files", std::move(files)},
-                                  {"rigid", report.kind == FlipbookKind::Rigid},
-                                  {"morph", report.kind == FlipbookKind::Morph}};
-  addFrameMembers(value, written, report.hasVelocity, report.colorRange, report.quantizationError);
-  return jsonText(value);
+  members("frames", written.frames, "Number of frames.").atLeast(1).atMost(100'000);
+  members("triangles", written.triangles,
+          "Triangles of all frames together; of all bodies, if rigid or morph.");
+  members("time_begin", report.firstTime, "The mesh's time at the first frame, in its time units.");
+  members("time_end", report.lastTime, "The mesh's time at the last frame, in its time units.");
+  members("seconds", report.seconds,
+          "Duration of the animation, in seconds: frames divided by --fps.")
+      .above(0);
+  members("bytes", report.bytes, "Size of all files together, in bytes.");
+  members("files", written.files,
+          "Paths of the files. If one file would be too large for its format, there are several, "
+          "each with the frames after those of the previous file.")
+      .itemsFrom(1);
+  members("rigid", report.kind == FlipbookKind::Rigid,
+          "Whether there is one mesh for each body, moved by its poses, instead of frames.");
+  members("morph", report.kind == FlipbookKind::Morph,
+          "Whether there is one mesh for each body, with a morph target for each layer, instead of "
+          "frames.");
+  addFrameMembers(members, written, report.hasVelocity, report.colorRange,
+                  report.quantizationError);
 }
 
 }  // namespace t4d::verbs

@@ -13,6 +13,8 @@
 
 namespace t4d::verbs {
 
+class Members;
+
 enum class FlipbookKind : std::uint8_t {
   Frames,  ///< a mesh per frame (convert::writeFlipbook), for any solid
   Rigid,   ///< a mesh per body and its poses (convert::writeRigidFlipbook)
@@ -57,7 +59,6 @@ struct FlipbookReport {
 Result<FlipbookReport> flipbook(const Input& input, const FlipbookOptions& options,
                                 Observer& observer = nobody());
 
-/// The report as JSON (docs/schemas/flipbook.schema.json).
-std::string jsonOf(const FlipbookReport& report);
+void describe(Members& members, const FlipbookReport& report);
 
 }  // namespace t4d::verbs

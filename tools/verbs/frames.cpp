@@ -1,11 +1,10 @@
 #include "tools/verbs/frames.h"
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "formats/triangle/triangle_mesh_formats.h"
 #include "formats/usd/usd_writer.h"
-#include "tools/verbs/json_text.h"
+#include "tools/verbs/members.h"
 #include "tools/verbs/origin.h"
 #include "tools/verbs/slice_writing.h"
 
@@ -77,14 +76,24 @@ Result<FramesReport> frames(const Input& input, const FramesOptions& options, Ob
   return report;
 }
 
-std::string jsonOf(const FramesReport& report) {
+void describe(Members& members, const FramesReport& report) {
   const convert::FrameFilesReport& written = report.written;
-  nlohmann::ordered_json value = {
-      {"frames", written.frames},       {"triangles", written.triangles},
-      {"time_begin", report.firstTime}, {"time_end", report.lastTime},
-      {"bytes", written.bytes},         {"manifest", report.manifest.string()}};
-  addFrameMembers(value, written, report.hasVelocity, report.colorRange, report.quantizationError);
-  return jsonText(value);
+  members("frames", written.frames, "Number of frames, each a file.")
+      .atLeast(1)
+      .atMost(1'000'000)
+      .joined(Joined::Added);
+  members("triangles", report.ofGrids ? std::nullopt : std::optional(written.triangles),
+          "Triangles of all frames together; null for OpenVDB grids.")
+      .joined(Joined::Added);
+  members("time_begin", report.firstTime, "The mesh's time at the first frame, in its time units.")
+      .joined(Joined::First);
+  members("time_end", report.lastTime, "The mesh's time at the last frame, in its time units.")
+      .joined(Joined::Last);
+  members("bytes", written.bytes, "Size of all frames together, in bytes.").joined(Joined::Added);
+  members("manifest", report.manifest, "Path of the manifest, which lists the files.")
+      .joined(Joined::First);
+  addFrameMembers(members, written, report.hasVelocity, report.colorRange,
+                  report.quantizationError);
 }
 
 }  // namespace t4d::verbs

@@ -15,6 +15,8 @@
 
 namespace t4d::verbs {
 
+class Members;
+
 struct FramesOptions {
   convert::FrameNames names = {};  ///< of the files, as convert::frameNames makes them
   std::vector<double> times = {};  ///< none for 60, evenly spaced over the whole time
@@ -31,6 +33,7 @@ struct FramesReport {
   std::filesystem::path manifest;     ///< of all frames, or of the part
   double firstTime = 0;               ///< of the frames that were written
   double lastTime = 0;
+  bool ofGrids = false;      ///< OpenVDB grids, which have no triangles
   bool hasVelocity = false;  ///< whether velocities were written, or needed for colours
   /// The smallest and largest value of what gives colours, if they come from numbers.
   std::optional<std::array<double, 2>> colorRange = {};
@@ -43,7 +46,6 @@ struct FramesReport {
 Result<FramesReport> frames(const Input& input, const FramesOptions& options,
                             Observer& observer = nobody());
 
-/// The report as JSON (docs/schemas/frames.schema.json).
-std::string jsonOf(const FramesReport& report);
+void describe(Members& members, const FramesReport& report);
 
 }  // namespace t4d::verbs

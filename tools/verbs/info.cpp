@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/file.h"
-#include "tools/verbs/json_text.h"
+#include "tools/verbs/members.h"
 
 namespace t4d::verbs {
 namespace {
@@ -65,24 +65,47 @@ Result<InfoReport> infoOfFile(const std::string& path, const InfoOptions& option
   return report;
 }
 
-ordered_json cornerJson(const model::Point3& point) { return {point.x(), point.y(), point.z()}; }
+constexpr const char* kCorner =
+    "Smallest (bounds_min, min) or largest (bounds_max, max) x, y, z over all times, in length "
+    "units; nulls if there are no vertices.";
 
-ordered_json bodyJson(const std::string& name, const formats::BodySummary& body) {
-  return {{"name", name},
-          {"slabs", body.slabs},
-          {"vertices", body.vertices},
-          {"tetrahedra", body.tetrahedra},
-          {"time_begin", body.time.begin},
-          {"time_end", body.time.end},
-          {"bounds_min", cornerJson(body.bounds.min)},
-          {"bounds_max", cornerJson(body.bounds.max)}};
+void addSummary(Members& members, const formats::BodySummary& body) {
+  members("slabs", body.slabs,
+          "Number of slabs (parts between two consecutive times), including caps.")
+      .atLeast(1);
+  members("vertices", body.vertices,
+          "Number of vertices; one that several slabs share counts once.");
+  members("tetrahedra", body.tetrahedra, "Cells of all slabs.");
+  members("time_begin", body.time.begin, "First time, in time units.");
+  members("time_end", body.time.end, "Last time, in time units.");
+  members("bounds_min", body.bounds.min, kCorner).itemsOrNull();
+  members("bounds_max", body.bounds.max, kCorner).itemsOrNull();
 }
 
-ordered_json slabJson(const formats::T4dSlab& slab) {
-  return {{"begin", slab.time.begin},
-          {"end", slab.time.end},
-          {"cells", slab.cells},
-          {"bounds", {{"min", cornerJson(slab.bounds.min)}, {"max", cornerJson(slab.bounds.max)}}}};
+void describeSlab(Members& members, const formats::T4dSlab& slab) {
+  members("begin", slab.time.begin, "First time of the slab.");
+  members("end", slab.time.end, "Last time of the slab; for a cap, equal to the first.");
+  members("cells", slab.cells, "Tetrahedra of the slab.");
+  members("bounds", slab.bounds, "Bounds of all vertices of the slab.",
+          [](Members& own, const model::Bounds3& bounds) {
+            own("min", bounds.min, kCorner).itemsOrNull();
+            own("max", bounds.max, kCorner).itemsOrNull();
+          });
+}
+
+struct BodyInfo {
+  std::string name;
+  formats::BodySummary summary;
+  std::vector<formats::T4dSlab> slabs;  ///< empty unless they are asked for
+};
+
+std::vector<BodyInfo> bodiesOf(const InfoReport& report) {
+  std::vector<BodyInfo> bodies;
+  for (std::size_t i = 0; i < report.bodies.size(); ++i) {
+    bodies.push_back({report.metadata.bodies[i].name, report.bodies[i], {}});
+    if (!report.slabs.empty()) bodies.back().slabs = report.slabs[i];
+  }
+  return bodies;
 }
 
 }  // namespace
@@ -104,46 +127,54 @@ Result<InfoReport> info(const std::string& path, const InfoOptions& options) {
   return formats::isPipe(path) ? infoOfPipe(path, options) : infoOfFile(path, options);
 }
 
-std::string jsonOf(const InfoReport& report) {
+void describe(Members& members, const InfoReport& report) {
   const formats::Metadata& metadata = report.metadata;
-  const formats::BodySummary all = report.total();
-  ordered_json value = {
-      {"format_version", fmt::format("{}.{}", report.version.major, report.version.minor)},
-      {"generator", metadata.generator},
-      {"backend", metadata.backend},
-      {"slabs", all.slabs},
-      {"vertices", all.vertices},
-      {"tetrahedra", all.tetrahedra},
-      {"time_begin", all.time.begin},
-      {"time_end", all.time.end},
-      {"bounds_min", cornerJson(all.bounds.min)},
-      {"bounds_max", cornerJson(all.bounds.max)},
-      {"length_unit", metadata.lengthUnit},
-      {"time_unit", metadata.timeUnit},
-      {"bytes", report.bytes},
-      {"up", metadata.up},
-      {"space", metadata.space},
-      {"attributes", ordered_json::object()},
-      {"indexed", report.indexed},
-      {"details", ordered_json::parse(metadata.detailsJson)}};
-  for (const auto& [name, meaning] : metadata.attributes) {
-    value["attributes"][name] = {{"kind", meaning.kind.empty() ? "scalar" : meaning.kind},
-                                 {"unit", meaning.unit}};
-  }
-  for (const formats::T4dChunks& chunks : report.chunks) {
-    value["chunks"].push_back(
-        {{"type", chunks.type}, {"count", chunks.count}, {"bytes", chunks.bytes}});
-  }
-  for (std::size_t i = 0; i < report.bodies.size(); ++i) {
-    ordered_json body = bodyJson(metadata.bodies[i].name, report.bodies[i]);
-    if (!report.slabs.empty()) {
-      for (const formats::T4dSlab& slab : report.slabs[i]) {
-        body["slab_list"].push_back(slabJson(slab));
-      }
-    }
-    value["bodies"].push_back(std::move(body));
-  }
-  return jsonText(value);
+  members("format_version", fmt::format("{}.{}", report.version.major, report.version.minor),
+          "Version of the .t4d format of the file.")
+      .pattern("^[0-9]+\\.[0-9]+$");
+  members("generator", metadata.generator,
+          "Program and version that wrote the file; empty if unknown.");
+  members("backend", metadata.backend,
+          "How the mesh was made: mesh4d, voxel4d or another word; empty if unknown.");
+  addSummary(members, report.bodies.empty() ? formats::BodySummary() : report.total());
+  members("length_unit", metadata.lengthUnit, "Unit of x, y, z: mm, m, in, ...; empty if unknown.");
+  members("time_unit", metadata.timeUnit, "Unit of t: s, min, ...; empty if unknown.");
+  members("bytes", report.bytes, "Size of the file, in bytes.");
+  members("up", metadata.up, "The axis that points up.").oneOf({"y", "z"});
+  members("space", metadata.space,
+          "Directions of the axes relative to a patient: RAS or LPS; empty if unknown.");
+  members(
+      "attributes", metadata.attributes, "Kinds and units of attributes, by their names.",
+      [](Members& own, const model::AttributeMeaning& meaning) {
+        own("kind", meaning.kind.empty() ? "scalar" : meaning.kind,
+            "scalar, vector, point, normal, color or label; later versions may add others.");
+        own("unit", meaning.unit,
+            "A unit such as length/time, where length and time mean the units of the file; empty "
+            "for none.");
+      });
+  members("indexed", report.indexed, "Whether the file has an index of its slabs.");
+  members("details", nlohmann::ordered_json::parse(metadata.detailsJson),
+          "Free-form, as in the file: source, parameters, provenance.");
+  members(
+      "chunks", report.chunks,
+      "The chunks of each type, in order of first appearance. The rest of the file is its header "
+      "(24 bytes) and, if it has an index, the footer (40 bytes).",
+      [](Members& own, const formats::T4dChunks& chunks) {
+        own("type", chunks.type, "The type, such as SLAB.").notEmpty();
+        own("count", chunks.count, "Number of chunks of this type.").atLeast(1);
+        own("bytes", chunks.bytes, "Their bytes, including headers and padding.").atLeast(1);
+      })
+      .itemsFrom(1);
+  members("bodies", bodiesOf(report),
+          "Every body, in the order of the file. The members above are totals over all of them.",
+          [](Members& own, const BodyInfo& body) {
+            own("name", body.name, "Name of the body; names are unique.").notEmpty();
+            addSummary(own, body.summary);
+            own("slab_list", body.slabs, "With --slabs: the slabs in time order.", describeSlab)
+                .itemsFrom(1)
+                .onlyIf(!body.slabs.empty());
+          })
+      .itemsFrom(1);
 }
 
 }  // namespace t4d::verbs

@@ -8,6 +8,8 @@
 
 namespace t4d::verbs {
 
+class Members;
+
 struct InfoOptions {
   bool slabs = false;  ///< list what each slab contains
 };
@@ -32,7 +34,6 @@ struct InfoReport {
 /// a pipe ("-" is the standard input), all is read and checked. Any number of cells is accepted.
 Result<InfoReport> info(const std::string& path, const InfoOptions& options = {});
 
-/// The report as JSON (docs/schemas/info.schema.json).
-std::string jsonOf(const InfoReport& report);
+void describe(Members& members, const InfoReport& report);
 
 }  // namespace t4d::verbs

@@ -1,9 +1,7 @@
 #include "tools/verbs/join.h"
 
-#include <nlohmann/json.hpp>
-
 #include "convert/frame_files.h"
-#include "tools/verbs/json_text.h"
+#include "tools/verbs/members.h"
 #include "voxel4d/point_field_parts.h"
 
 namespace t4d::verbs {
@@ -48,23 +46,32 @@ Result<FramesJoin> joinFrames(const std::vector<std::string>& parts, const std::
   return FramesJoin{parts.size(), *frames};
 }
 
-std::string jsonOf(const JoinReport& report) {
-  return jsonText({{"parts", report.parts},
-                   {"slabs", report.slabs()},
-                   {"vertices", report.vertices()},
-                   {"tetrahedra", report.tetrahedra()},
-                   {"bytes", report.bytes}});
+namespace {
+
+constexpr const char* kParts = "Files that were joined.";
+
+}  // namespace
+
+void describe(Members& members, const JoinReport& report) {
+  members("parts", report.parts, kParts).atLeast(1);
+  members("slabs", report.slabs(), "Slabs of the file.");
+  members("vertices", report.vertices(),
+          "Vertices, those where two slabs or two parts meet counted once.");
+  members("tetrahedra", report.tetrahedra(), "Cells of all slabs.");
+  members("bytes", report.bytes, "Size of the file.");
 }
 
-std::string jsonOf(const FieldJoin& report) {
-  return jsonText({{"parts", report.parts},
-                   {"field", report.field},
-                   {"active", report.active},
-                   {"bytes", report.bytes}});
+void describe(Members& members, const FieldJoin& report) {
+  members("parts", report.parts, kParts).atLeast(1);
+  members("field", report.field, "Of fields: which one.")
+      .oneOf({"visits", "dwell", "first", "last"});
+  members("active", report.active, "Of fields: points that are visited.");
+  members("bytes", report.bytes, "Size of the file.");
 }
 
-std::string jsonOf(const FramesJoin& report) {
-  return jsonText({{"parts", report.parts}, {"frames", report.frames}});
+void describe(Members& members, const FramesJoin& report) {
+  members("parts", report.parts, kParts).atLeast(1);
+  members("frames", report.frames, "Of manifests: the frames of the series.").atLeast(1);
 }
 
 }  // namespace t4d::verbs

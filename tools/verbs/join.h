@@ -11,6 +11,8 @@
 /// Joining what processes have made of the parts of a run; for their reports, see join_reports.h.
 namespace t4d::verbs {
 
+class Members;
+
 enum class JoinInto : std::uint8_t {
   File,      ///< copy the parts (formats::joinT4d)
   Manifest,  ///< name them in a .t4dm (formats::writeManifest)
@@ -44,9 +46,8 @@ struct FramesJoin {
 /// Joins the manifests of the parts of a series of frames (convert::joinManifests).
 Result<FramesJoin> joinFrames(const std::vector<std::string>& parts, const std::string& output);
 
-/// The reports as JSON (docs/schemas/join.schema.json).
-std::string jsonOf(const JoinReport& report);
-std::string jsonOf(const FieldJoin& report);
-std::string jsonOf(const FramesJoin& report);
+void describe(Members& members, const JoinReport& report);
+void describe(Members& members, const FieldJoin& report);
+void describe(Members& members, const FramesJoin& report);
 
 }  // namespace t4d::verbs

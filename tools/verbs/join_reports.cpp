@@ -9,76 +9,35 @@
 
 #include "formats/input_file.h"
 #include "formats/text/json_check.h"
-#include "tools/verbs/json_text.h"
+#include "tools/verbs/collide.h"
+#include "tools/verbs/compress.h"
+#include "tools/verbs/frames.h"
+#include "tools/verbs/measure.h"
+#include "tools/verbs/members.h"
 #include "tools/verbs/part_report.h"
 #include "tools/verbs/quality_parts.h"
 #include "tools/verbs/track_parts.h"
 #include "tools/verbs/validate_parts.h"
+#include "tools/verbs/voxelize.h"
+#include "tools/verbs/weave.h"
 
 namespace t4d::verbs {
 namespace {
 
 using nlohmann::ordered_json;
 
-/// Rules by which the members of two reports make that of both.
-enum class Rule {
-  Add,     // numbers, or the numbers of two lists; null if one of them is
-  Most,    // the largest; null counts as nothing
-  First,   // of the first part
-  Last,    // of the last part
-  All,     // whether it is true of all
-  Append,  // lists, one after the other
-  Unknown  // null: only the joined file can tell
-};
-using Rules = std::map<std::string, Rule, std::less<>>;
-
-/// The rules by which reports are joined, by verb and member.
-const std::map<std::string, Rules, std::less<>>& rulesOfVerbs() {
-  static const Rules kGrids = {
-      {"mend", Rule::First},        {"frames", Rule::Add},
-      {"time_begin", Rule::First},  {"time_end", Rule::Last},
-      {"inside_points", Rule::Add}, {"empty_frames", Rule::Add},
-      {"bytes", Rule::Add},         {"most_active_voxels", Rule::Most},
-      {"seconds", Rule::Add},       {"peak_bytes", Rule::Most},
-      {"parts_lost", Rule::Append},
-  };
-  static const std::map<std::string, Rules, std::less<>> kRules = {
-      {"measure",
-       {{"length_unit", Rule::First}, {"time_unit", Rule::First}, {"samples", Rule::Append}}},
-      {"collide", {{"pairs", Rule::Append}, {"ignored", Rule::First}, {"mended", Rule::First}}},
-      {"voxelize", kGrids},
-      {"rasterize", kGrids},
-      {"frames",
-       {{"frames", Rule::Add},
-        {"triangles", Rule::Add},
-        {"time_begin", Rule::First},
-        {"time_end", Rule::Last},
-        {"bytes", Rule::Add},
-        {"manifest", Rule::First},
-        {"light", Rule::All},
-        {"distance", Rule::Most},
-        {"max_speed", Rule::Most},
-        {"clamped", Rule::Add},
-        {"color_range", Rule::First},
-        {"quantization_error", Rule::Most}}},
-      {"weave",
-       {{"vertices", Rule::Add},
-        {"tetrahedra", Rule::Add},
-        {"frames", Rule::Add},
-        {"frames_in_between", Rule::Add},
-        {"seconds", Rule::Add},
-        {"peak_bytes", Rule::Most},
-        {"cap_tetrahedra", Rule::Add},
-        {"space", Rule::First},
-        {"bytes", Rule::Unknown},
-        {"parts_lost", Rule::Append}}},
-      {"compress",
-       {{"bytes_before", Rule::First},
-        {"bytes", Rule::Unknown},
-        {"seconds", Rule::Add},
-        {"peak_bytes", Rule::Most}}},
-  };
-  return kRules;
+/// The rules by which the reports of a verb are joined, as their members have them.
+JoinRules rulesOfVerb(const std::string& verb) {
+  static const std::map<std::string, JoinRules (*)(), std::less<>> kVerbs = {
+      {"collide", rulesOf<CollideReport>},
+      {"compress", rulesOf<CompressReport>},
+      {"frames", rulesOf<FramesReport>},
+      {"measure", rulesOf<MeasureReport>},
+      {"rasterize", rulesOf<VoxelSeriesReport>},
+      {"voxelize", rulesOf<VoxelizeReport>},
+      {"weave", rulesOf<WeaveReport>}};
+  const auto found = kVerbs.find(verb);
+  return found == kVerbs.end() ? JoinRules() : found->second();
 }
 
 struct Report {
@@ -183,34 +142,34 @@ ordered_json added(const ordered_json& a, const ordered_json& b) {
   return a.get<std::uint64_t>() + b.get<std::uint64_t>();
 }
 
-ordered_json both(Rule rule, ordered_json a, const ordered_json& b) {
+ordered_json both(Joined rule, ordered_json a, const ordered_json& b) {
   switch (rule) {
-    case Rule::Add:
+    case Joined::Added:
       return added(a, b);
-    case Rule::Most:
+    case Joined::Most:
       return a.is_null() || (b.is_number() && b.get<double>() > a.get<double>()) ? b : a;
-    case Rule::First:
+    case Joined::First:
       return a;
-    case Rule::Last:
+    case Joined::Last:
       return b;
-    case Rule::All:
+    case Joined::All:
       return a.get<bool>() && b.get<bool>();
-    case Rule::Append:
+    case Joined::Appended:
       for (const ordered_json& item : b) a.push_back(item);
       return a;
-    case Rule::Unknown:
+    case Joined::Unknown:
       break;
   }
   return {};
 }
 
 /// Throws nlohmann::json::exception for what is no report of the verb.
-ordered_json joinedByRules(const std::vector<ordered_json>& reports, const Rules& rules) {
+ordered_json joinedByRules(const std::vector<ordered_json>& reports, const JoinRules& rules) {
   ordered_json all = reports.front();
   all.erase("part");
   for (const auto& [name, value] : all.items()) {
-    const Rule rule = rules.at(name);
-    if (rule == Rule::Unknown && reports.size() > 1) value = nullptr;
+    const Joined rule = rules.at(name);
+    if (rule == Joined::Unknown && reports.size() > 1) value = nullptr;
     for (std::size_t i = 1; i < reports.size(); ++i) value = both(rule, value, reports[i].at(name));
   }
   // Each verb lists as many.
@@ -228,10 +187,10 @@ Result<JoinedReport> joinedValidations(const std::vector<ordered_json>& reports)
     if (!part) throw ordered_json::other_error::create(600, "no state of a part", &report);
     parts.push_back(std::move(*part));
   }
-  const auto validation = joinedValidation(parts);
+  auto validation = joinedValidation(parts);
   if (!validation) return validation.error();
-  const bool deep = reports.front().at("part").at("options").contains("--deep");
-  return JoinedReport{"validate", jsonText(jsonOf(*validation, deep)), validation->valid()};
+  validation->deep = reports.front().at("part").at("options").contains("--deep");
+  return JoinedReport{"validate", reportText(*validation), validation->valid()};
 }
 
 Result<JoinedReport> joined(const std::string& verb, const std::vector<ordered_json>& reports) {
@@ -243,11 +202,10 @@ Result<JoinedReport> joined(const std::string& verb, const std::vector<ordered_j
   if (verb == "track") {
     const auto tracks = joinedTracking(reports);
     if (!tracks) return tracks.error();
-    return JoinedReport{verb, jsonOf(*tracks)};
+    return JoinedReport{verb, reportText(*tracks)};
   }
-  const auto rules = rulesOfVerbs().find(verb);
-  if (rules != rulesOfVerbs().end()) {
-    return JoinedReport{verb, jsonText(joinedByRules(reports, rules->second))};
+  if (const JoinRules rules = rulesOfVerb(verb); !rules.empty()) {
+    return JoinedReport{verb, jsonText(joinedByRules(reports, rules))};
   }
   return invalid(fmt::format("is of the verb {}, whose files are joined, not its reports", verb));
 }

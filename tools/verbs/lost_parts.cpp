@@ -7,15 +7,17 @@
 
 namespace t4d::verbs {
 
-nlohmann::ordered_json jsonOf(const voxel4d::LostParts& parts) {
-  auto all = nlohmann::ordered_json::array();
-  for (const voxel4d::LostPart& part : parts.listed) {
-    all.push_back({{"frame", part.frame},
-                   {"time", part.time},
-                   {"point", {part.point.x(), part.point.y(), part.point.z()}},
-                   {"voxels", part.voxels}});
-  }
-  return all;
+void addLostParts(Members& members, const voxel4d::LostParts& parts) {
+  members("parts_lost", parts.listed,
+          "Parts that move by more than their width between two frames, so that nothing is left of "
+          "them in between; the first thousand.",
+          [](Members& own, const voxel4d::LostPart& part) {
+            own("frame", part.frame, "The last frame that has it, counted from 0.");
+            own("time", part.time, "Of that frame.");
+            own("point", part.point, "Its centroid there: x, y and z.");
+            own("voxels", part.voxels, "Lattice points inside of it there.").atLeast(1);
+          })
+      .joined(Joined::Appended);
 }
 
 void noticeLostParts(const voxel4d::LostParts& parts, std::vector<std::string>& notices) {

@@ -7,6 +7,7 @@
 #include "tools/verbs/envelope.h"
 #include "tools/verbs/filter.h"
 #include "tools/verbs/measure.h"
+#include "tools/verbs/members.h"
 #include "tools/verbs/resolve.h"
 #include "tools/verbs/test_moving_cube.h"
 #include "tools/verbs/transform.h"
@@ -26,7 +27,7 @@ TEST(Envelope, OfACubeThatMovesAlongAnEdgeIsABox) {
   EXPECT_NEAR(passage.envelope.volume, 5, 1e-9);
   EXPECT_NEAR(passage.silhouette.hypervolume, 4, 1e-12);
   EXPECT_TRUE(report->losses().empty());
-  const json value = json::parse(jsonOf(*report, 1));
+  const json value = json::parse(reportText(*report));
   EXPECT_TRUE(value["bodies"][0]["file"].is_null());
   EXPECT_EQ(value["closed"], true);
 }
@@ -72,7 +73,7 @@ TEST(Measure, FollowsACubeAndTakesAShareOfTheTimes) {
   const double center = report->samples[0].centroid.x();
   EXPECT_NEAR(report->samples[0].volume, 1, 1e-12);
   EXPECT_NEAR(report->samples[1].centroid.x(), center + 1, 1e-12);
-  EXPECT_EQ(json::parse(jsonOf(*report))["samples"][1]["time"], 3);
+  EXPECT_EQ(json::parse(reportText(*report))["samples"][1]["time"], 3);
   EXPECT_TRUE(measuresCsv(*report).starts_with("time,volume,"));
   EXPECT_EQ(measure(inMemory("cube", mesh))->samples.size(), 60);
 }
@@ -85,7 +86,7 @@ TEST(Resolve, LeavesWhatIsClearInMemory) {
   ASSERT_EQ(report->bodies.size(), 1);
   EXPECT_FALSE(report->all.changed);
   EXPECT_FALSE(report->bytes);
-  EXPECT_EQ(json::parse(jsonOf(*report))["bodies"][0]["name"], "near");
+  EXPECT_EQ(json::parse(reportText(*report))["bodies"][0]["name"], "near");
 }
 
 TEST(Transform, ScalesVolumesAndTimesAsItsFactors) {

@@ -3,39 +3,17 @@
 #include <memory>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "model/parallel.h"
 #include "t4d/mesh.h"
 #include "tools/verbs/csv_field.h"
-#include "tools/verbs/json_text.h"
+#include "tools/verbs/members.h"
 #include "tools/verbs/wall.h"
 
 namespace t4d::verbs {
 namespace {
 
 constexpr std::uint64_t kDefaultMeasures = 60;
-
-nlohmann::ordered_json coordinatesOf(const model::Point3& point) {
-  return {point.x(), point.y(), point.z()};
-}
-
-/// The sample as JSON, without its time.
-nlohmann::ordered_json jsonOf(const measure::SolidMeasures& sample, const WallMeasures& walls) {
-  const bool any = !sample.bounds.empty();
-  nlohmann::ordered_json value = {
-      {"volume", sample.volume},
-      {"area", sample.area},
-      {"centroid", any ? coordinatesOf(sample.centroid) : nlohmann::ordered_json()},
-      {"components", sample.components},
-      {"cavities", sample.cavities},
-      {"genus", sample.genus},
-      {"min", any ? coordinatesOf(sample.bounds.min) : nlohmann::ordered_json()},
-      {"max", any ? coordinatesOf(sample.bounds.max) : nlohmann::ordered_json()}};
-  if (walls.thickness) value["wall_thickness"] = *walls.thickness;
-  if (walls.normalSpeed) value["normal_speed"] = *walls.normalSpeed;
-  return value;
-}
 
 /// A row of the table; `before` and `behind` are fields with their commas.
 std::string rowOf(const measure::SolidMeasures& sample, const WallMeasures& walls,
@@ -119,6 +97,54 @@ std::vector<WallMeasures> togetherOf(const std::vector<std::vector<WallMeasures>
   return together;
 }
 
+/// Adds the measures of a solid at a time.
+void addSolidMeasures(Members& members, const measure::SolidMeasures& solid,
+                      const WallMeasures& walls) {
+  const auto place = [&](const model::Point3& point) {
+    return solid.bounds.empty() ? std::nullopt : std::optional(point);
+  };
+  members("volume", solid.volume, "In length units cubed.");
+  members("area", solid.area, "Of the surface, in length units squared.").atLeast(0);
+  members("centroid", place(solid.centroid), "x, y and z; null where there is no solid.");
+  members("components", solid.components, "Connected surfaces that face outward.");
+  members("cavities", solid.cavities, "Connected surfaces that face inward.");
+  members("genus", solid.genus,
+          "Sum over all surfaces: the number of handles, less 1/2 for every vertex at which a "
+          "surface touches itself.");
+  members("min", place(solid.bounds.min), "The least x, y and z; null where there is no solid.");
+  members("max", place(solid.bounds.max), "The greatest x, y and z; null where there is no solid.");
+  members("wall_thickness", walls.thickness.value_or(0),
+          "With --thickness: mean length of the normal inside the solid, in length units; 0 where "
+          "there is no solid.")
+      .atLeast(0)
+      .onlyIf(walls.thickness.has_value());
+  members("normal_speed", walls.normalSpeed.value_or(0),
+          "With --normal-speed: mean speed of the surface along its normal, inward or outward, in "
+          "length units per time unit; 0 where there is no solid.")
+      .atLeast(0)
+      .onlyIf(walls.normalSpeed.has_value());
+}
+
+/// A body, or all of them, at a time.
+struct Sample {
+  std::string name;  ///< of the body
+  measure::SolidMeasures solid;
+  WallMeasures walls;
+  std::vector<Sample> bodies;  ///< each of several
+};
+
+std::vector<Sample> samplesOf(const MeasureReport& report) {
+  std::vector<Sample> samples;
+  for (std::size_t i = 0; i < report.samples.size(); ++i) {
+    Sample all = {{}, report.samples[i], report.walls[i], {}};
+    for (const BodyMeasures& body : report.bodies) {
+      all.bodies.push_back({body.name, body.samples[i], body.walls[i], {}});
+    }
+    samples.push_back(std::move(all));
+  }
+  return samples;
+}
+
 }  // namespace
 
 Result<MeasureReport> measure(const Input& input, const MeasureOptions& options,
@@ -169,22 +195,29 @@ std::string measuresCsv(const MeasureReport& report) {
   return csv;
 }
 
-std::string jsonOf(const MeasureReport& report) {
-  using nlohmann::ordered_json;
-  ordered_json value = {{"length_unit", report.lengthUnit},
-                        {"time_unit", report.timeUnit},
-                        {"samples", ordered_json::array()}};
-  for (std::size_t i = 0; i < report.samples.size(); ++i) {
-    ordered_json sample = {{"time", report.samples[i].time}};
-    sample.update(jsonOf(report.samples[i], report.walls[i]));
-    for (const BodyMeasures& body : report.bodies) {
-      ordered_json one = {{"name", body.name}};
-      one.update(jsonOf(body.samples[i], body.walls[i]));
-      sample["bodies"].push_back(std::move(one));
-    }
-    value["samples"].push_back(std::move(sample));
-  }
-  return jsonText(value);
+void describe(Members& members, const MeasureReport& report) {
+  members("length_unit", report.lengthUnit, "Unit of all lengths: mm, m, ...; empty if unknown.")
+      .joined(Joined::First);
+  members("time_unit", report.timeUnit, "Unit of the times: s, ms, ...; empty if unknown.")
+      .joined(Joined::First);
+  members(
+      "samples", samplesOf(report),
+      "The solid at each time, in the order given: all bodies added up.",
+      [](Members& own, const Sample& sample) {
+        own("time", sample.solid.time, "In time units.");
+        addSolidMeasures(own, sample.solid, sample.walls);
+        own("bodies", sample.bodies,
+            "Each of several bodies, without --total; nothing of one that does not exist at the "
+            "time.",
+            [](Members& ofBody, const Sample& body) {
+              ofBody("name", body.name, "The name of the body.");
+              addSolidMeasures(ofBody, body.solid, body.walls);
+            })
+            .itemsFrom(2)
+            .onlyIf(!sample.bodies.empty());
+      })
+      .itemsFrom(1)
+      .joined(Joined::Appended);
 }
 
 }  // namespace t4d::verbs

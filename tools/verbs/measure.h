@@ -11,6 +11,8 @@
 
 namespace t4d::verbs {
 
+class Members;
+
 struct MeasureOptions {
   std::vector<double> times = {};  ///< in any order; none for 60, evenly spaced over the whole time
   model::Part part = {};           ///< the share of the times that is measured
@@ -52,7 +54,6 @@ Result<MeasureReport> measure(const Input& input, const MeasureOptions& options 
 /// at each time, and a column `body` behind the time. Where there is no solid, places are empty.
 std::string measuresCsv(const MeasureReport& report);
 
-/// The report as JSON (docs/schemas/measure.schema.json).
-std::string jsonOf(const MeasureReport& report);
+void describe(Members& members, const MeasureReport& report);
 
 }  // namespace t4d::verbs

@@ -3,7 +3,6 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "formats/file_extension.h"
 #include "formats/gltf/gltf_writer.h"
@@ -11,7 +10,7 @@
 #include "platform/kept_inputs.h"
 #include "platform/stopwatch.h"
 #include "t4d/surface.h"
-#include "tools/verbs/json_text.h"
+#include "tools/verbs/members.h"
 #include "tools/verbs/mending.h"
 #include "tools/verbs/solid_input.h"
 
@@ -47,13 +46,11 @@ Result<MendReport> mend(const MendOptions& options, Observer& observer) {
   return report;
 }
 
-std::string jsonOf(const MendReport& report, std::uint64_t peakBytes) {
-  auto result = mendJson(report.mended);
-  result["vertices"] = report.vertices;
-  result["triangles"] = report.triangles;
-  result["seconds"] = report.seconds;
-  result["peak_bytes"] = peakBytes;
-  return jsonText(result);
+void describe(Members& members, const MendReport& report) {
+  addMending(members, report.mended);
+  members("vertices", report.vertices, "Vertices written.").atLeast(4);
+  members("triangles", report.triangles, "Triangles written.").atLeast(4);
+  addCosts(members, report.seconds);
 }
 
 }  // namespace t4d::verbs

@@ -12,6 +12,8 @@
 
 namespace t4d::verbs {
 
+class Members;
+
 struct MendOptions {
   std::string input = {};                        ///< a triangle mesh
   std::optional<formats::BodiesBy> bodies = {};  ///< of an .obj; nothing for one body
@@ -32,7 +34,6 @@ struct MendReport {
 /// if the output is a file that is read.
 Result<MendReport> mend(const MendOptions& options, Observer& observer = nobody());
 
-/// The report as JSON (docs/schemas/mend.schema.json); `peakBytes` is the memory that it took.
-std::string jsonOf(const MendReport& report, std::uint64_t peakBytes);
+void describe(Members& members, const MendReport& report);
 
 }  // namespace t4d::verbs

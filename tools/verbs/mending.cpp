@@ -4,13 +4,11 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "edit/surface_crossings.h"
+#include "tools/verbs/members.h"
 
 namespace t4d::verbs {
-
-using nlohmann::ordered_json;
 
 namespace {
 
@@ -38,19 +36,26 @@ std::string extentOf(const model::Bounds3& bounds) {
   return fmt::format("{:.6g} x {:.6g} x {:.6g}", size.x(), size.y(), size.z());
 }
 
-ordered_json boundsJson(const model::Bounds3& bounds) {
-  if (bounds.empty()) return nullptr;
-  return {{"min", {bounds.min.x(), bounds.min.y(), bounds.min.z()}},
-          {"max", {bounds.max.x(), bounds.max.y(), bounds.max.z()}}};
+void addMendMeasures(Members& members, const edit::MendSurfaceReport& report) {
+  members(
+      "hausdorff", report.hausdorff,
+      "Hausdorff distance between the surfaces before and after, in length units. It may be too "
+      "small by a ten-thousandth of their diagonal.")
+      .atLeast(0);
+  members("volume_before", report.volumeBefore,
+          "Volume that the given surface enclosed; null if it was open.");
+  members("volume_after", report.volumeAfter, "Volume that the mended surface encloses.");
+  members("lost_triangles", report.lost.triangles,
+          "Given triangles with points outside of the mended solid, which were dropped. Above 0, "
+          "this is a loss.");
+  members("lost_distance", report.lost.distance,
+          "Distance that these reach out of the mended solid, in length units.")
+      .atLeast(0);
 }
 
-ordered_json measuresJson(const edit::MendSurfaceReport& report) {
-  return {{"hausdorff", report.hausdorff},
-          {"volume_before",
-           report.volumeBefore ? ordered_json(*report.volumeBefore) : ordered_json(nullptr)},
-          {"volume_after", report.volumeAfter},
-          {"lost_triangles", report.lost.triangles},
-          {"lost_distance", report.lost.distance}};
+void describeBounds(Members& members, const model::Bounds3& bounds) {
+  members("min", bounds.min, "Smallest coordinates, in length units.");
+  members("max", bounds.max, "Largest coordinates, in length units.");
 }
 
 }  // namespace
@@ -105,30 +110,43 @@ edit::MendSurfaceReport totalOf(const std::vector<MendedBody>& bodies) {
   return total;
 }
 
-ordered_json mendJson(const std::vector<MendedBody>& bodies) {
-  const edit::MendSurfaceReport total = totalOf(bodies);
-  ordered_json changes = ordered_json::array();
-  for (const edit::SurfaceChange& change : total.changes) {
-    changes.push_back(
-        {{"kind", edit::nameOf(change.kind)}, {"count", change.count}, {"text", change.text}});
-  }
-  ordered_json result = {{"changes", changes}};
-  result.update(measuresJson(total));
-  result["closed"] = total.closed;
-  result["manifold"] = total.manifold;
-  result["self_intersections"] =
-      total.selfIntersections ? ordered_json(*total.selfIntersections) : nullptr;
-  result["components"] = total.components;
-  result["bodies"] = ordered_json::array();
-  for (const auto& [name, report] : bodies) {
-    ordered_json body = {{"name", name}};
-    body.update(measuresJson(report));
-    body["bounds_before"] = boundsJson(report.boundsBefore);
-    body["bounds_after"] = boundsJson(report.boundsAfter);
-    body["components"] = report.components;
-    result["bodies"].push_back(std::move(body));
-  }
-  return result;
+void addMending(Members& members, const std::vector<MendedBody>& bodies) {
+  const edit::MendSurfaceReport total =
+      bodies.empty() ? edit::MendSurfaceReport() : totalOf(bodies);
+  members("changes", total.changes, "The changes, in order.",
+          [](Members& own, const edit::SurfaceChange& change) {
+            own("kind", edit::nameOf(change.kind), "The fault.")
+                .oneOf({"doubled", "duplicate", "stray", "turned", "sheet", "hole", "inside-out",
+                        "crossing", "non-manifold", "remeshed", "hull"});
+            own("count", change.count,
+                "Number of vertices, triangles, holes, components or pairs of triangles with this "
+                "fault.")
+                .atLeast(1);
+            own("text", change.text, "The change as a sentence.");
+          });
+  addMendMeasures(members, total);
+  members("closed", total.closed,
+          "Whether every edge has two triangles, in opposite directions: true.");
+  members("manifold", total.manifold, "Whether every vertex has one fan of triangles: true.");
+  members("self_intersections", total.selfIntersections,
+          "Pairs of triangles that cross, overlap or touch: 0; null where they are accepted (sweep "
+          "--mend with --caps cone, --bodies component or --union), and in a build without CGAL, "
+          "which does not look for them.");
+  members("components", total.components,
+          "Connected parts of the mended surface, including cavities.")
+      .atLeast(1);
+  members("bodies", bodies, "What was done to each body, in numbers.",
+          [](Members& own, const MendedBody& body) {
+            own("name", body.name, "Name of the body; empty for one body without a name.");
+            addMendMeasures(own, body.report);
+            own("bounds_before", body.report.boundsBefore, "Bounding box of the given triangles.",
+                describeBounds);
+            own("bounds_after", body.report.boundsAfter, "Bounding box of the mended surface.",
+                describeBounds);
+            own("components", body.report.components,
+                "Connected parts of this body, including cavities.")
+                .atLeast(1);
+          });
 }
 
 bool isReshaped(const edit::MendSurfaceReport& report) {

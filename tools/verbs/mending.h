@@ -6,14 +6,14 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "edit/mend_deformation.h"
 #include "formats/t4d/body_details.h"
 #include "t4d/edit.h"
 #include "tools/verbs/observer.h"
 
 namespace t4d::verbs {
+
+class Members;
 
 /// A body, and what mending did to it.
 struct MendedBody {
@@ -49,8 +49,8 @@ Result<edit::MendSurfaceReport> mendOrHull(model::TriangleMesh& mesh,
 /// counts, and the largest distances. Without bounds, since bodies may have frames of their own.
 edit::MendSurfaceReport totalOf(const std::vector<MendedBody>& bodies);
 
-/// The report as JSON (docs/mend.md).
-nlohmann::ordered_json mendJson(const std::vector<MendedBody>& bodies);
+/// Adds what mending did, of all bodies and of each, as `t4d mend` reports it.
+void addMending(Members& members, const std::vector<MendedBody>& bodies);
 
 /// Whether the shape is another one than that of the input: not if vertices were merged or the
 /// surface was turned, at the same volume.

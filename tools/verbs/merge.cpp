@@ -1,8 +1,6 @@
 #include "tools/verbs/merge.h"
 
-#include <nlohmann/json.hpp>
-
-#include "tools/verbs/json_text.h"
+#include "tools/verbs/members.h"
 
 namespace t4d::verbs {
 
@@ -26,20 +24,22 @@ Result<MergeReport> merge(const std::vector<std::string>& files, const std::stri
   return MergeReport{std::move(*merged), files};
 }
 
-std::string jsonOf(const MergeReport& report) {
-  auto bodies = nlohmann::ordered_json::array();
-  for (const MergeReport::Body& body : report.bodies) {
-    bodies.push_back({{"name", body.name},
-                      {"file", report.files[body.file]},
-                      {"slabs", body.summary.slabs},
-                      {"vertices", body.summary.vertices},
-                      {"tetrahedra", body.summary.tetrahedra}});
-  }
-  return jsonText({{"files", report.files.size()},
-                   {"bodies", bodies},
-                   {"vertices", report.vertices()},
-                   {"tetrahedra", report.tetrahedra()},
-                   {"bytes", report.bytes}});
+void describe(Members& members, const MergeReport& report) {
+  members("files", report.files.size(), "Files that were merged.").atLeast(1);
+  members("bodies", report.bodies, "Bodies of the file, in its order.",
+          [&](Members& own, const MergeReport::Body& body) {
+            own("name", body.name,
+                "Name of the body; with a number behind it where another one had it first.");
+            own("file", report.files.empty() ? std::string() : report.files[body.file],
+                "The file that it is from.");
+            own("slabs", body.summary.slabs, "Slabs of the body.");
+            own("vertices", body.summary.vertices, "Vertices of the body.");
+            own("tetrahedra", body.summary.tetrahedra, "Cells of the body.");
+          })
+      .itemsFrom(1);
+  members("vertices", report.vertices(), "Vertices of all bodies.");
+  members("tetrahedra", report.tetrahedra(), "Cells of all bodies.");
+  members("bytes", report.bytes, "Size of the file.");
 }
 
 }  // namespace t4d::verbs

@@ -10,6 +10,8 @@
 
 namespace t4d::verbs {
 
+class Members;
+
 struct MergeReport : formats::MergeReport {
   std::vector<std::string> files;  ///< as given, by the numbers in `bodies`
 
@@ -21,7 +23,6 @@ struct MergeReport : formats::MergeReport {
 Result<MergeReport> merge(const std::vector<std::string>& files, const std::string& output,
                           Observer& observer = nobody());
 
-/// The report as JSON (docs/schemas/merge.schema.json).
-std::string jsonOf(const MergeReport& report);
+void describe(Members& members, const MergeReport& report);
 
 }  // namespace t4d::verbs

@@ -9,7 +9,7 @@
 
 #include "platform/kept_inputs.h"
 #include "platform/stopwatch.h"
-#include "tools/verbs/json_text.h"
+#include "tools/verbs/members.h"
 #include "tools/verbs/weave_names.h"
 
 namespace t4d::verbs {
@@ -148,54 +148,77 @@ Result<MillReport> mill(const MillInput& input, const MillOptions& options, Obse
   return report;
 }
 
-std::string jsonOf(const MillReport& report, std::uint64_t peakBytes) {
+namespace {
+
+void describePath(Members& members, const PathSummary& path) {
+  members("min", path.extent.min, "Least coordinates of the tip, in the frame of the stock.");
+  members("max", path.extent.max, "Largest coordinates of the tip.");
+  members("cutting", std::vector(path.cutting.begin(), path.cutting.end()),
+          "How long each tool moves by feed.", [](Members& own, const std::pair<int, double>& one) {
+            own("tool", one.first, "Number of the tool; 0: one without a number.").atLeast(0);
+            own("time", one.second, "In time units.").atLeast(0);
+          });
+  members("rapid_time", path.rapid, "How long rapid moves take.").atLeast(0);
+  members("dwell_seconds", path.dwell,
+          "How long the program dwells (G4), which the motion leaves out.")
+      .atLeast(0);
+  members("tool_changes", path.toolChanges, "Changes from one tool with a number to another.");
+}
+
+}  // namespace
+
+void describe(Members& members, const MillReport& report) {
   const mill::MillReport& milled = report.milled;
-  ordered_json value{
-      {"stock_volume", milled.stockVolume},         {"removed_volume", milled.removedVolume},
-      {"remaining_volume", milled.remainingVolume}, {"components", milled.components},
-      {"frames", milled.progress.size()},           {"progress", ordered_json::array()},
-      {"separations", ordered_json::array()},       {"collisions", ordered_json::array()}};
-  for (const mill::MillProgress& at : milled.progress) {
-    value["progress"].push_back(
-        {{"time", at.time}, {"removed_volume", at.removedVolume}, {"components", at.components}});
-  }
-  for (const mill::Separation& one : milled.separations) {
-    value["separations"].push_back(
-        {{"begin", one.time.begin}, {"end", one.time.end}, {"components", one.components}});
-  }
-  for (const mill::Collision& one : milled.collisions) {
-    value["collisions"].push_back({{"part", one.part},
-                                   {"tool", one.tool},
-                                   {"begin", one.time.begin},
-                                   {"end", one.time.end},
-                                   {"point", {one.point.x(), one.point.y(), one.point.z()}}});
-  }
-  value["mountings"] = ordered_json::array();
+  members("stock_volume", milled.stockVolume, "Volume of the first frame, the stock.").atLeast(0);
+  members("removed_volume", milled.removedVolume, "Volume that was removed in all.").atLeast(0);
+  members("remaining_volume", milled.remainingVolume, "Volume of the last frame.").atLeast(0);
+  members("components", milled.components, "Parts that the workpiece consists of at the end.");
+  members("frames", milled.progress.size(), "Frames that were woven.").atLeast(2);
+  members("progress", milled.progress, "One for each frame.",
+          [](Members& own, const mill::MillProgress& at) {
+            own("time", at.time, "Time of the frame.");
+            own("removed_volume", at.removedVolume, "Volume removed up to then.").atLeast(0);
+            own("components", at.components, "Parts that the workpiece consists of then.");
+          });
+  members("separations", milled.separations, "When the workpiece falls apart.",
+          [](Members& own, const mill::Separation& one) {
+            own("begin", one.time.begin,
+                "Time when the step of the tool that parts the voxels begins.");
+            own("end", one.time.end,
+                "Time when the tip has gone a voxel farther than in that step.");
+            own("components", one.components, "Parts after it.").atLeast(2);
+          });
+  members("collisions", milled.collisions, "Contacts that must not be.",
+          [](Members& own, const mill::Collision& one) {
+            own("part", one.part, "What touches the stock; the tool, if a rapid move cuts.")
+                .oneOf({"shank", "holder", "tool"});
+            own("tool", one.tool,
+                "Number of the tool that it is or belongs to; 0: tools have no numbers.")
+                .atLeast(0);
+            own("begin", one.time.begin,
+                "Time when the first step of the tool with the contact begins.");
+            own("end", one.time.end, "Time when the last one ends.");
+            own("point", one.point,
+                "A place of the contact in its first step, where it is deepest in the stock.");
+          });
   const bool numbered = std::ranges::any_of(
       report.mountings, [](const auto& one) { return one.tool.value_or(0) > 0; });
-  for (const formats::Mounting& one : report.mountings) {
-    if (!numbered) break;
-    value["mountings"].push_back({{"time", one.time}, {"tool", one.tool.value_or(0)}});
-  }
-  const auto xyz = [](const model::Point3& point) {
-    return ordered_json::array({point.x(), point.y(), point.z()});
-  };
-  ordered_json path{
-      {"min", xyz(report.path.extent.min)}, {"max", xyz(report.path.extent.max)},
-      {"cutting", ordered_json::array()},   {"rapid_time", report.path.rapid},
-      {"dwell_seconds", report.path.dwell}, {"tool_changes", report.path.toolChanges}};
-  for (const auto& [tool, time] : report.path.cutting) {
-    path["cutting"].push_back({{"tool", tool}, {"time", time}});
-  }
-  value["path"] = path;
-  value["returned_volume"] = milled.returnedVolume;
-  value["steps"] = milled.steps;
-  value["vertices"] = milled.woven.vertices;
-  value["tetrahedra"] = milled.woven.tetrahedra;
-  value["seconds"] = report.seconds;
-  value["peak_bytes"] = peakBytes;
-  value["bytes"] = report.bytes;
-  return jsonText(value);
+  members("mountings", std::span(report.mountings).first(numbered ? report.mountings.size() : 0),
+          "When tools are mounted; empty if they have no numbers.",
+          [](Members& own, const formats::Mounting& one) {
+            own("time", one.time, "From this time on.");
+            own("tool", one.tool.value_or(0), "Number of the tool; 0: none.").atLeast(0);
+          });
+  members("path", report.path, "What the tool does.", describePath);
+  members("returned_volume", milled.returnedVolume,
+          "The most that comes back between frames and goes again, in cells that lean backward: 0, "
+          "or a small part of what is removed.")
+      .atLeast(0);
+  members("steps", milled.steps, "Steps of the tool; the envelope of each was removed.").atLeast(1);
+  members("vertices", milled.woven.vertices, "Vertices of the 4D mesh.");
+  members("tetrahedra", milled.woven.tetrahedra, "Cells of the 4D mesh.");
+  addCosts(members, report.seconds);
+  members("bytes", report.bytes, "Size of the file, in bytes.");
 }
 
 }  // namespace t4d::verbs

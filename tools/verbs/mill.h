@@ -17,6 +17,8 @@
 
 namespace t4d::verbs {
 
+class Members;
+
 /// What says how a tool moves.
 enum class ToolPathKind : std::uint8_t {
   Motion,     ///< .json, or a table of poses
@@ -96,7 +98,6 @@ Result<MillInput> readMilling(const MillFiles& files, const MillOptions& options
 Result<MillReport> mill(const MillInput& input, const MillOptions& options,
                         Observer& observer = nobody());
 
-/// The report as JSON (docs/schemas/mill.schema.json), with the memory that it took.
-std::string jsonOf(const MillReport& report, std::uint64_t peakBytes);
+void describe(Members& members, const MillReport& report);
 
 }  // namespace t4d::verbs

@@ -10,6 +10,7 @@
 #include "platform/test_folder.h"
 #include "t4d/surface.h"
 #include "tools/verbs/input.h"
+#include "tools/verbs/members.h"
 
 namespace t4d::verbs {
 namespace {
@@ -54,9 +55,9 @@ TEST_F(Milling, RemovesWhatTheToolPassesThrough) {
   EXPECT_NEAR(report->milled.removedVolume, 80, 8);
   EXPECT_EQ(report->motion.lengthUnit, "mm");
   EXPECT_TRUE(report->losses.empty());
-  const json value = json::parse(jsonOf(*report, 7));
+  const json value = json::parse(reportText(*report));
   EXPECT_EQ(value["frames"], 5);
-  EXPECT_EQ(value["peak_bytes"], 7);
+  EXPECT_GT(value["peak_bytes"], 1'000'000);
   EXPECT_TRUE(value["mountings"].empty());
   EXPECT_EQ(value["bytes"], std::filesystem::file_size(options_.output.path));
   const auto file = openInput(options_.output.path);

@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tools/verbs/exact_json.h"
-#include "tools/verbs/json_text.h"
+#include "tools/verbs/members.h"
 #include "tools/verbs/quality_parts.h"
 #include "tools/verbs/time_scale.h"
 
@@ -21,48 +21,61 @@ namespace {
 using measure::kQualityMeasures;
 using nlohmann::ordered_json;
 
-/// Infinite numbers become null.
-ordered_json numberOrNull(double value) {
-  return std::isfinite(value) ? ordered_json(value) : ordered_json();
-}
-
-ordered_json jsonOf(const measure::Distribution& values) {
+void describeDistribution(Members& members, const measure::Distribution& values) {
   const auto ofCells = [&](double value) {
-    return values.count() == 0 ? ordered_json() : numberOrNull(value);
+    return values.count() == 0 ? std::nullopt : std::optional(value);
   };
-  return {{"min", ofCells(values.min())},
-          {"p01", ofCells(values.quantile(0.01))},
-          {"p50", ofCells(values.quantile(0.5))},
-          {"p99", ofCells(values.quantile(0.99))},
-          {"max", ofCells(values.max())}};
+  members("min", ofCells(values.min()), "The smallest value.");
+  members("p01", ofCells(values.quantile(0.01)), "1 % of the cells do not exceed it; to 0.2 %.");
+  members("p50", ofCells(values.quantile(0.5)), "The median; to 0.2 %.");
+  members("p99", ofCells(values.quantile(0.99)), "99 % of the cells do not exceed it; to 0.2 %.");
+  members("max", ofCells(values.max()), "The largest value.");
 }
 
-ordered_json jsonOf(const measure::MeshQuality& quality, const std::vector<std::string>& bodies) {
-  ordered_json value = {{"cells", quality.cells()},
-                        {"flat", quality.flat},
-                        {"time_scale", quality.timeScale},
-                        {"measures", ordered_json::object()},
-                        {"sides", {{"cells", quality.sides[0].count()}}},
-                        {"caps", {{"cells", quality.caps[0].count()}}},
-                        {"worst", ordered_json::array()}};
-  for (std::size_t k = 0; k < kQualityMeasures.size(); ++k) {
-    const std::string name(kQualityMeasures[k].name);
-    value["measures"][name] = jsonOf(quality.all(k));
-    value["sides"]["measures"][name] = jsonOf(quality.sides[k]);
-    value["caps"]["measures"][name] = jsonOf(quality.caps[k]);
-  }
-  for (const measure::RankedCell& cell : quality.worst) {
-    ordered_json one = {{"body", bodies[cell.body]},
-                        {"slab", cell.slab},
-                        {"cell", cell.cell},
-                        {"time", cell.center[3]},
-                        {"point", {cell.center[0], cell.center[1], cell.center[2]}}};
-    for (const auto& [name, member] : kQualityMeasures) {
-      one[std::string(name)] = numberOrNull(cell.quality.*member);
-    }
-    value["worst"].push_back(std::move(one));
-  }
-  return value;
+using Distributions = std::array<measure::Distribution, kQualityMeasures.size()>;
+
+void addDistributions(Members& members, const Distributions& measures) {
+  members("measures", measures, "For each measure its distribution.",
+          [](Members& own, const Distributions& all) {
+            for (std::size_t k = 0; k < all.size(); ++k) {
+              own(kQualityMeasures[k].name.data(), all[k],
+                  "How a measure is distributed over the cells; numbers are null where they are "
+                  "infinite, and without cells.",
+                  describeDistribution);
+            }
+          });
+}
+
+void describeCells(Members& members, const Distributions& cells) {
+  members("cells", cells[0].count(), "How many there are.");
+  addDistributions(members, cells);
+}
+
+void describeMeasures(Members& members, const measure::CellQuality& cell) {
+  members("volume", cell.volume, "3-measure of a cell, in length^3.").atLeast(0);
+  members("edge_ratio", cell.edgeRatio, "Longest edge divided by the shortest; null if infinite.")
+      .atLeast(0)
+      .orNull();
+  members(
+      "radius_ratio", cell.radiusRatio,
+      "Radius of the circumsphere divided by three times that of the insphere; null if infinite.")
+      .atLeast(0)
+      .orNull();
+  members("smallest_angle", cell.smallestAngle, "Smallest angle between two sides, in degrees.")
+      .atLeast(0);
+  members("largest_angle", cell.largestAngle, "Largest angle between two sides, in degrees.")
+      .atLeast(0);
+  members("height", cell.height, "Smallest height divided by the longest edge.").atLeast(0);
+}
+
+void describeWorst(Members& members, const measure::RankedCell& cell,
+                   const std::vector<std::string>& bodies) {
+  members("body", bodies.empty() ? std::string() : bodies[cell.body], "Name of the body.");
+  members("slab", cell.slab, "Slab of the body, counted from 0.");
+  members("cell", cell.cell, "Cell of the slab, counted from 0.");
+  members("time", cell.center[3], "Time of the middle of the cell.");
+  members("point", model::Point3(cell.center.head<3>()), "Position of the middle of the cell.");
+  describeMeasures(members, cell.quality);
 }
 
 /// Whether float32 takes the smallest or the largest value for 0 or for infinite.
@@ -199,7 +212,8 @@ std::string partStateOf(const QualityReport& report) {
 }
 
 ordered_json joinedQuality(const std::vector<ordered_json>& reports, std::uint64_t worst) {
-  measure::MeshQuality all;
+  QualityReport whole;
+  measure::MeshQuality& all = whole.quality;
   std::vector<ordered_json> cells;
   const std::vector<std::string> bodies = reports.front().at("part").at("state").at("bodies");
   for (const ordered_json& report : reports) {
@@ -214,17 +228,27 @@ ordered_json joinedQuality(const std::vector<ordered_json>& reports, std::uint64
   std::ranges::stable_sort(
       cells, [&](const ordered_json& a, const ordered_json& b) { return isWorse(a, b, bodies); });
   if (cells.size() > worst) cells.resize(worst);
-  ordered_json value = jsonOf(all, bodies);
+  ordered_json value = Members::valueOf(whole);
   value["time_scale"] = reports.front().at("time_scale");
   value["worst"] = cells;
-  value["bytes"] = nullptr;
   return value;
 }
 
-std::string jsonOf(const QualityReport& report) {
-  ordered_json value = jsonOf(report.quality, report.bodies);
-  value["bytes"] = orNull(report.bytes);
-  return jsonText(value);
+void describe(Members& members, const QualityReport& report) {
+  const measure::MeshQuality& quality = report.quality;
+  Distributions all;
+  for (std::size_t k = 0; k < all.size(); ++k) all[k] = quality.all(k);
+  members("cells", quality.cells(), "Cells of all bodies.");
+  members("flat", quality.flat, "Cells without volume.");
+  members("time_scale", quality.timeScale, "The length that one unit of time counts as.").above(0);
+  addDistributions(members, all);
+  members("sides", quality.sides, "Cells of slabs that last.", describeCells);
+  members("caps", quality.caps, "Cells of caps.", describeCells);
+  members("worst", quality.worst, "Cells with the largest radius ratios, the largest first.",
+          [&](Members& own, const measure::RankedCell& cell) {
+            describeWorst(own, cell, report.bodies);
+          });
+  members("bytes", report.bytes, "Size of the file written, in bytes; null without --output.");
 }
 
 }  // namespace t4d::verbs

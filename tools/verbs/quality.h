@@ -11,6 +11,8 @@
 
 namespace t4d::verbs {
 
+class Members;
+
 struct QualityOptions {
   /// A length for each unit of time; without it, the mean normal speed of the surface, or the
   /// size divided by the duration if nothing moves.
@@ -41,7 +43,6 @@ Result<QualityReport> quality(const Input& input, const QualityOptions& options 
 /// The data of a part that `t4d join` needs, as JSON: the distributions, without rounding.
 std::string partStateOf(const QualityReport& report);
 
-/// The report as JSON (docs/schemas/quality.schema.json).
-std::string jsonOf(const QualityReport& report);
+void describe(Members& members, const QualityReport& report);
 
 }  // namespace t4d::verbs

@@ -8,6 +8,7 @@
 #include "mesh4d/mechanism_keys.h"
 #include "t4d/sweep.h"
 #include "tools/verbs/collide.h"
+#include "tools/verbs/members.h"
 #include "tools/verbs/quality.h"
 #include "tools/verbs/test_moving_cube.h"
 
@@ -38,7 +39,7 @@ TEST(Quality, OfAMeshInMemoryTakesTheMeanNormalSpeedAsScale) {
   EXPECT_NEAR(report->quality.timeScale, 1.0 / 3, 1e-12);
   EXPECT_EQ(counter.titles, (std::vector<std::string>{"measuring the speed", "measuring cells"}));
   EXPECT_EQ(counter.totals, std::vector<std::uint64_t>(2, mesh.slabCount()));
-  const json value = json::parse(jsonOf(*report));
+  const json value = json::parse(reportText(*report));
   EXPECT_EQ(value["worst"].size(), 3);
   EXPECT_EQ(value["worst"][0]["body"], "cube");
   EXPECT_TRUE(value["bytes"].is_null());
@@ -68,7 +69,7 @@ TEST(Collide, CubesThatMeetHalfWayTouchAtTheTimeOfTheClosedForm) {
   EXPECT_NEAR(collision.intervals[0].begin, 2, 1e-12);  // 4 apart, 2 of speed
   EXPECT_NEAR(collision.intervals[0].end, 3, 1e-12);
   EXPECT_TRUE(report->mayMeet());
-  const json pair = json::parse(jsonOf(*report))["pairs"][0];
+  const json pair = json::parse(reportText(*report))["pairs"][0];
   EXPECT_EQ(pair["a"], "right");
   EXPECT_EQ(pair["verdict"], "hit");
 }

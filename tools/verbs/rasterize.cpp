@@ -1,12 +1,11 @@
 #include "tools/verbs/rasterize.h"
 
-#include <nlohmann/json.hpp>
-
 #include "convert/frame_files.h"
 #include "convert/frame_slices.h"
 #include "platform/replaceable.h"
 #include "t4d/check.h"
-#include "tools/verbs/json_text.h"
+#include "tools/verbs/frames.h"
+#include "tools/verbs/members.h"
 #include "tools/verbs/origin.h"
 
 namespace t4d::verbs {
@@ -59,20 +58,15 @@ Result<GridFramesReport> writeGridFrames(const Input& input, const VoxelSeriesOp
   return GridFramesReport{std::move(*written), path};
 }
 
-std::string jsonOf(const GridFramesReport& report) {
-  const voxel4d::VoxelSeries& series = report.written.series;
-  return jsonText({{"frames", series.frames},
-                   {"triangles", nullptr},
-                   {"time_begin", report.written.time.begin},
-                   {"time_end", report.written.time.end},
-                   {"bytes", series.bytes},
-                   {"manifest", report.manifest.string()},
-                   {"light", false},
-                   {"distance", 0},
-                   {"max_speed", nullptr},
-                   {"clamped", nullptr},
-                   {"color_range", nullptr},
-                   {"quantization_error", nullptr}});
+void describe(Members& members, const GridFramesReport& report) {
+  FramesReport frames;
+  frames.ofGrids = true;
+  frames.manifest = report.manifest;
+  frames.firstTime = report.written.time.begin;
+  frames.lastTime = report.written.time.end;
+  frames.written.frames = report.written.series.frames;
+  frames.written.bytes = report.written.series.bytes;
+  describe(members, frames);
 }
 
 }  // namespace t4d::verbs

@@ -10,6 +10,8 @@
 
 namespace t4d::verbs {
 
+class Members;
+
 /// Writes slices of a 4D mesh, all bodies as one solid, as a time series of .vdb files. The
 /// observer gets noticeOfOrigin. Fails as writeVoxelSeries and measure::solidAt do.
 Result<VoxelSeriesReport> rasterize(const Input& input, const VoxelSeriesOptions& options,
@@ -30,7 +32,6 @@ struct GridFramesReport {
 Result<GridFramesReport> writeGridFrames(const Input& input, const VoxelSeriesOptions& options,
                                          Observer& observer = nobody());
 
-/// The report as JSON (docs/schemas/frames.schema.json).
-std::string jsonOf(const GridFramesReport& report);
+void describe(Members& members, const GridFramesReport& report);
 
 }  // namespace t4d::verbs

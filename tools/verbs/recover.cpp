@@ -8,6 +8,7 @@
 #include "formats/t4d/optional_chunks.h"
 #include "model/progress.h"
 #include "t4d/file.h"
+#include "tools/verbs/members.h"
 
 namespace t4d::verbs {
 namespace {
@@ -62,6 +63,8 @@ Result<RecoverReport> recover(const std::filesystem::path& input,
   auto salvage = formats::T4dSalvage::open(input, third(0));
   if (!salvage) return salvage.error();
   RecoverReport report;
+  report.input = input.string();
+  report.output = output.string();
   report.slabsSaved = salvage->slabsSaved();
   report.slabsKnown = salvage->slabsKnown();
   report.metadataSaved = salvage->metadataSaved();
@@ -117,6 +120,59 @@ Result<RecoverReport> recover(const std::filesystem::path& input,
   if (!validation) return validation.error();
   report.validation = std::move(*validation);
   return report;
+}
+
+void describe(Members& members, const RecoverReport& report) {
+  const std::optional<Validation>& validation = report.validation;
+  members("input", report.input, "The damaged file, as given.").notEmpty();
+  members("output", validation ? std::optional(report.output) : std::nullopt,
+          "The new file, as given; null if none was written.")
+      .notEmpty();
+  members("slabs_saved", report.slabsSaved,
+          "Slabs of the damaged file that are in the output. Caps that were added do not count.");
+  members("slabs_known", report.slabsKnown,
+          "Slabs of the damaged file according to its index or end mark; null if both are lost.");
+  members("metadata_saved", report.metadataSaved,
+          "Whether HEAD (names of bodies, units, axes, details) is undamaged.");
+  members(
+      "lost", report.lost,
+      "The losses, in the order of offsets; empty if the file was undamaged and its mesh closed. "
+      "For an undamaged file, the caps that were added.",
+      [](Members& own, const formats::T4dLoss& loss) {
+        const auto ofTime = [&](double model::TimeSpan::*end) {
+          return loss.time ? std::optional((*loss.time).*end) : std::nullopt;
+        };
+        own("offset", loss.offset, "Byte in the damaged file.");
+        own("what", loss.what, "The loss, in words.").notEmpty();
+        own("time_begin", ofTime(&model::TimeSpan::begin),
+            "First time of the slab, if known; otherwise null.");
+        own("time_end", ofTime(&model::TimeSpan::end),
+            "Last time of the slab, if known; otherwise null.");
+      });
+  members("caps", report.closed, "Where slabs are missing and the mesh was closed by a cap.",
+          [](Members& own, const RecoverCap& cap) {
+            own("body", cap.body, "Name of the body.").notEmpty();
+            own("time", cap.end.time, "Time of the cap, in time units.");
+            own("begin", cap.end.begin,
+                "True if the body begins here again; false if it ends here.");
+            own("triangles", cap.end.triangles,
+                "Triangles of the solid's surface at this time; the cap has a cell for each.")
+                .atLeast(1);
+          });
+  members("valid", validation ? std::optional(validation->valid()) : std::nullopt,
+          "Whether t4d validate finds no error in the output; null if there is no output.");
+  members(
+      "hypervolume",
+      validation && validation->mesh ? std::optional(validation->mesh->hypervolume) : std::nullopt,
+      "Hypervolume that the output encloses, in cubed length units times time units. Null if "
+      "there is no output, or if it is too large for a double.");
+  std::vector<std::string> errors;
+  for (const measure::Issue& issue :
+       validation ? validation->issues.issues : std::vector<measure::Issue>()) {
+    if (issue.severity == measure::Severity::Error) errors.push_back(issue.message);
+  }
+  members("errors", errors,
+          "Errors that t4d validate finds in the output, the first ten of each code and body.");
 }
 
 }  // namespace t4d::verbs

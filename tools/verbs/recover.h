@@ -12,6 +12,8 @@
 
 namespace t4d::verbs {
 
+class Members;
+
 struct RecoverOptions {
   std::string generator = {};  ///< program and version, for the file's metadata
 };
@@ -23,6 +25,8 @@ struct RecoverCap {
 };
 
 struct RecoverReport {
+  std::string input;   ///< as it was given
+  std::string output;  ///< as it was given
   std::uint64_t slabsSaved = 0;
   std::optional<std::uint64_t> slabsKnown;  ///< see formats::T4dSalvage
   bool metadataSaved = false;
@@ -43,5 +47,7 @@ Result<RecoverReport> recover(const std::filesystem::path& input,
                               const std::filesystem::path& output,
                               const RecoverOptions& options = {},
                               const model::Progress& progress = {});
+
+void describe(Members& members, const RecoverReport& report);
 
 }  // namespace t4d::verbs

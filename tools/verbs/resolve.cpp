@@ -5,12 +5,11 @@
 #include <set>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "edit/contact_times.h"
 #include "measure/chord_bound.h"
 #include "t4d/file.h"
-#include "tools/verbs/json_text.h"
+#include "tools/verbs/members.h"
 
 namespace t4d::verbs {
 namespace {
@@ -175,28 +174,37 @@ Result<ResolveReport> resolveAll(const Input& obstacles, const Input& input,
   return report;
 }
 
-nlohmann::ordered_json numbersOfResolved(const edit::ResolveReport& report) {
-  auto layers = nlohmann::ordered_json::array();
-  for (const edit::ResolvedLayer& layer : report.layers) {
-    layers.push_back({{"time", layer.time},
-                      {"displacement", layer.displacement},
-                      {"volume_before", layer.volumeBefore},
-                      {"volume_after", layer.volumeAfter}});
-  }
-  return {{"changed", report.changed},
-          {"max_displacement", report.maxDisplacement},
-          {"max_displacement_time", report.maxDisplacementTime},
-          {"max_displacement_point",
-           {report.maxDisplacementPlace[0], report.maxDisplacementPlace[1],
-            report.maxDisplacementPlace[2]}},
-          {"volume_change_max", report.volumeChangeMax},
-          {"hypervolume_change", report.hypervolumeChange},
-          {"rounds", report.rounds},
-          {"moved_vertices", report.movedVertices},
-          {"added_layers", report.addedLayers},
-          {"smooth_space", report.smoothSpace},
-          {"smooth_time", report.smoothTime},
-          {"layers", layers}};
+void describeResolvedBody(Members& members, const NamedResolvedBody& body) {
+  const edit::ResolveReport& report = body.report;
+  members("name", body.name, "Name of the body.");
+  members("changed", report.changed, "False if it was clear already.");
+  members("max_displacement", report.maxDisplacement,
+          "The largest displacement of a vertex, in length units.")
+      .atLeast(0);
+  members("max_displacement_time", report.maxDisplacementTime, "Time of the largest displacement.");
+  members("max_displacement_point", report.maxDisplacementPlace,
+          "Position of the largest displacement, before it.");
+  members("volume_change_max", report.volumeChangeMax,
+          "The largest change of the volume at a layer, with its sign, in length^3.");
+  members("hypervolume_change", report.hypervolumeChange,
+          "Change of the hypervolume of the body, in length^3 * time.");
+  members("rounds", report.rounds, "Tests for contact after a change.");
+  members("moved_vertices", report.movedVertices, "Vertices of layers that have moved.");
+  members("added_layers", report.addedLayers, "Layers within steps, where steps were divided.");
+  members("smooth_space", report.smoothSpace,
+          "How far around a contact the surface gives way, in length units.")
+      .atLeast(0);
+  members("smooth_time", report.smoothTime,
+          "How long before and after a contact the surface gives way, in time units.")
+      .atLeast(0);
+  members(
+      "layers", report.layers, "The layers, in time order; none if nothing has changed.",
+      [](Members& own, const edit::ResolvedLayer& layer) {
+        own("time", layer.time, "Time of the layer.");
+        own("displacement", layer.displacement, "The largest displacement of a vertex.").atLeast(0);
+        own("volume_before", layer.volumeBefore, "Volume of the solid before, in length^3.");
+        own("volume_after", layer.volumeAfter, "Volume of the solid after, in length^3.");
+      });
 }
 
 }  // namespace
@@ -211,25 +219,31 @@ Result<ResolveReport> resolve(const Input& obstacles, const Input& input,
   return report;
 }
 
-std::string jsonOf(const ResolveReport& report) {
+void describe(Members& members, const ResolveReport& report) {
   const edit::ResolveReport& all = report.all;
-  auto bodies = nlohmann::ordered_json::array();
-  for (const NamedResolvedBody& body : report.bodies) {
-    nlohmann::ordered_json value = {{"name", body.name}};
-    value.update(numbersOfResolved(body.report));
-    bodies.push_back(std::move(value));
-  }
-  return jsonText({{"clear", true},
-                   {"chord_bound", orNull(report.chordBound)},
-                   {"deciding_clearance", orNull(report.decidingClearance)},
-                   {"changed", all.changed},
-                   {"max_displacement", all.maxDisplacement},
-                   {"volume_change_max", all.volumeChangeMax},
-                   {"hypervolume_change", all.hypervolumeChange},
-                   {"rounds", all.rounds},
-                   {"moved_vertices", all.movedVertices},
-                   {"bodies", bodies},
-                   {"bytes", orNull(report.bytes)}});
+  members("clear", true, "The bodies written do not meet any obstacle.");
+  members("chord_bound", report.chordBound,
+          "How far the meshes of a body and an obstacle together can be from the motions that they "
+          "were swept from, the largest of any pair, in length units; null if unknown.")
+      .atLeast(0);
+  members(
+      "deciding_clearance", report.decidingClearance,
+      "The --clearance with which the true motions are certain not to meet; null if they already "
+      "are.")
+      .above(0);
+  members("changed", all.changed, "Whether any body has changed.");
+  members("max_displacement", all.maxDisplacement,
+          "The largest displacement of a vertex of any body, in length units.")
+      .atLeast(0);
+  members("volume_change_max", all.volumeChangeMax,
+          "The largest change of the volume of a body at a layer, with its sign, in length^3.");
+  members("hypervolume_change", all.hypervolumeChange,
+          "Change of the hypervolume of all bodies, in length^3 * time.");
+  members("rounds", all.rounds,
+          "Tests for contact after a change, the largest number of any body.");
+  members("moved_vertices", all.movedVertices, "Vertices of layers that have moved.");
+  members("bodies", report.bodies, "The bodies that were to give way.", describeResolvedBody);
+  members("bytes", report.bytes, "Size of the file.");
 }
 
 }  // namespace t4d::verbs

@@ -11,6 +11,8 @@
 
 namespace t4d::verbs {
 
+class Members;
+
 struct ResolveOptions {
   edit::ResolveOptions mesh = {};
   std::vector<std::string> change = {};  ///< names of the bodies that give way; none for all
@@ -44,7 +46,6 @@ struct ResolveReport {
 Result<ResolveReport> resolve(const Input& obstacles, const Input& input,
                               const ResolveOptions& options = {}, Observer& observer = nobody());
 
-/// The report as JSON (docs/schemas/resolve.schema.json).
-std::string jsonOf(const ResolveReport& report);
+void describe(Members& members, const ResolveReport& report);
 
 }  // namespace t4d::verbs

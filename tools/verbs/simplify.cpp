@@ -5,20 +5,17 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
 #include "model/parallel.h"
 #include "model/source_part.h"
 #include "platform/stopwatch.h"
 #include "t4d/check.h"
 #include "t4d/file.h"
-#include "tools/verbs/json_text.h"
+#include "tools/verbs/members.h"
 #include "tools/verbs/time_scale.h"
 
 namespace t4d::verbs {
 namespace {
-
-using nlohmann::ordered_json;
 
 /// An error of less than this part of the size is lost in rounding.
 constexpr double kLeastError = 1e-12;
@@ -283,29 +280,47 @@ measure::Distribution SimplifyReport::heights(std::size_t which) const {
   return quality[which].all(height - all.begin());
 }
 
-std::string jsonOf(const SimplifyReport& report, std::uint64_t peakBytes) {
+namespace {
+
+void describeHeights(Members& members, const measure::Distribution& heights) {
+  members("min", heights.min(), "The smallest.");
+  members("p01", heights.quantile(0.01), "The value that 1 % of the cells do not exceed.");
+  members("p50", heights.quantile(0.5), "The median.");
+}
+
+}  // namespace
+
+void describe(Members& members, const SimplifyReport& report) {
   const edit::SimplifyReport& mesh = report.mesh;
-  ordered_json value = {{"cells_before", mesh.cellsBefore},
-                        {"cells", mesh.cells},
-                        {"vertices_before", mesh.verticesBefore},
-                        {"vertices", mesh.vertices},
-                        {"hypervolume_before", mesh.hypervolumeBefore},
-                        {"hypervolume", mesh.hypervolume},
-                        {"max_error", orNull(mesh.maxError)},
-                        {"measured_error", report.measuredError},
-                        {"measured_error_time", report.measuredErrorTime},
-                        {"mean_error", report.meanError},
-                        {"time_scale", report.quality[0].timeScale}};
-  for (const std::size_t which : {0, 1}) {
-    const measure::Distribution heights = report.heights(which);
-    value[which == 0 ? "height_before" : "height"] = {
-        {"min", heights.min()}, {"p01", heights.quantile(0.01)}, {"p50", heights.quantile(0.5)}};
-  }
-  value["bytes_before"] = report.bytesBefore;
-  value["bytes"] = report.bytes;
-  value["seconds"] = report.seconds;
-  value["peak_bytes"] = peakBytes;
-  return jsonText(value);
+  members("cells_before", mesh.cellsBefore, "Cells of all bodies before.");
+  members("cells", mesh.cells, "Cells of all bodies after.");
+  members("vertices_before", mesh.verticesBefore,
+          "Vertices before; those that two slabs share count once.");
+  members("vertices", mesh.vertices, "Vertices after; those that two slabs share count once.");
+  members("hypervolume_before", mesh.hypervolumeBefore,
+          "Enclosed hypervolume before, in length^3 * time.");
+  members("hypervolume", mesh.hypervolume,
+          "Enclosed hypervolume after; equal to that before, up to rounding.");
+  members(
+      "max_error", mesh.maxError,
+      "Proved bound, up to rounding, on the Hausdorff distance between slices of both meshes at "
+      "the same time. Null without --max-error.")
+      .above(0);
+  members("measured_error", report.measuredError,
+          "The largest distance found between slices at the times compared.")
+      .atLeast(0);
+  members("measured_error_time", report.measuredErrorTime, "The time of this largest distance.");
+  members("mean_error", report.meanError, "The mean of the distances at the times compared.")
+      .atLeast(0);
+  members("time_scale", report.quality[0].timeScale, "The length that one unit of time counts as.")
+      .above(0);
+  members("height_before", report.heights(0),
+          "Smallest height of a cell divided by its longest edge, before.", describeHeights);
+  members("height", report.heights(1),
+          "Smallest height of a cell divided by its longest edge, after.", describeHeights);
+  members("bytes_before", report.bytesBefore, "Size of the input file; 0 for a mesh in memory.");
+  members("bytes", report.bytes, "Size of the output file.");
+  addCosts(members, report.seconds);
 }
 
 }  // namespace t4d::verbs

@@ -13,6 +13,8 @@
 
 namespace t4d::verbs {
 
+class Members;
+
 struct SimplifyOptions {
   /// The part of the cells to keep, above 0 and at most 1.
   std::optional<double> ratio = {};
@@ -67,7 +69,6 @@ struct SimplifyReport {
 Result<SimplifyReport> simplify(const Input& input, const SimplifyOptions& options,
                                 Observer& observer = nobody());
 
-/// The report as JSON (docs/schemas/simplify.schema.json), without the memory that it took.
-std::string jsonOf(const SimplifyReport& report, std::uint64_t peakBytes);
+void describe(Members& members, const SimplifyReport& report);
 
 }  // namespace t4d::verbs

@@ -13,8 +13,8 @@
 #include "slice/merge_coplanar.h"
 #include "t4d/mesh.h"
 #include "t4d/slice.h"
-#include "tools/verbs/json_text.h"
 #include "tools/verbs/material_names.h"
+#include "tools/verbs/members.h"
 #include "tools/verbs/origin.h"
 #include "tools/verbs/slice_writing.h"
 
@@ -289,32 +289,60 @@ Result<SliceReport> sliceMesh(const Input& input, const SliceOptions& options, O
   return report;
 }
 
-std::string jsonOf(const SliceReport& report) {
-  const auto& velocity = report.velocity;
-  const auto known = [&](const auto& value) {
-    return velocity ? ordered_json(value) : nlohmann::ordered_json();
+void describe(Members& members, const SliceReport& report) {
+  const auto ofVelocity = [&]<class T>(T slice::VelocityReport::*member) {
+    return report.velocity ? std::optional<T>((*report.velocity).*member) : std::nullopt;
   };
-  const slice::VelocityReport of = velocity.value_or(slice::VelocityReport());
-  return jsonText(
-      {{"vertices", report.vertices},
-       {"triangles", report.triangles},
-       {"closed", report.closed},
-       {"volume", report.closed ? ordered_json(report.volume) : ordered_json()},
-       {"area", report.area},
-       {"slabs_read", report.slabsRead},
-       {"slabs_skipped", report.slabsSkipped},
-       {"blocks_read", report.blocksRead},
-       {"bytes_read", report.bytesRead},
-       {"requests", report.requests},
-       {"light", report.light},
-       {"distance", report.distance},
-       {"volume_rate", known(of.volumeRate)},
-       {"max_speed", known(of.maxSpeed)},
-       {"clamped", known(of.clamped)},
-       {"velocity_of", known(of.ofPoints ? "points" : "surface")},
-       {"color_range", orNull(report.colorRange)},
-       {"quantization_error", orNull(report.quantizationError)},
-       {"merge_distance", report.merge ? ordered_json(report.merge->distance) : ordered_json()}});
+  members("vertices", report.vertices, "Vertices of the slice; 0 if the hyperplane meets nothing.");
+  members("triangles", report.triangles, "Triangles of the slice.");
+  members("closed", report.closed,
+          "Whether every edge has two triangles, in opposite directions; true for an empty slice.");
+  members(
+      "volume", report.closed ? std::optional(report.volume) : std::nullopt,
+      "Enclosed volume, positive if triangles face outward; null if the slice is not closed, or "
+      "if it is too large for a double.");
+  members("area", report.area, "Area of all triangles; null if it is too large for a double.")
+      .atLeast(0)
+      .orNull();
+  members("slabs_read", report.slabsRead, "Slabs that were decoded, whole or in part.");
+  members("slabs_skipped", report.slabsSkipped,
+          "Slabs that were not read, because the hyperplane misses their times or bounds.");
+  members("blocks_read", report.blocksRead, "Blocks of at most 65,536 cells that were decoded.");
+  members("bytes_read", report.bytesRead,
+          "Bytes of the file that were read, including header and index; for a web server, bytes "
+          "received.");
+  members("requests", report.requests, "Requests made to a web server; 0 for a local file.");
+  members("light", report.light,
+          "Whether the slice, in all bodies, has the triangles of the layers (a light slice).");
+  members("distance", report.distance,
+          "Bound on the Hausdorff distance of a light slice from the exact slice, in length units; "
+          "0 if all are exact, null if it is too large for a double.")
+      .atLeast(0)
+      .orNull();
+  members(
+      "volume_rate", ofVelocity(&slice::VelocityReport::volumeRate),
+      "The rate at which the volume of the slice changes at its time, in cubed length units per "
+      "time unit: the sum of area times speed over its triangles; null without velocities.");
+  members("max_speed", ofVelocity(&slice::VelocityReport::maxSpeed),
+          "Largest speed of a vertex, as written, in length units per time unit; null without "
+          "velocities.")
+      .atLeast(0);
+  members("clamped", ofVelocity(&slice::VelocityReport::clamped),
+          "Number of vertices that --max-speed slowed down; null without velocities.");
+  const auto ofPoints = ofVelocity(&slice::VelocityReport::ofPoints);
+  members(
+      "velocity_of",
+      ofPoints ? std::optional<std::string>(*ofPoints ? "points" : "surface") : std::nullopt,
+      "Whether the velocities are those of points of the solid, known for a swept mesh, or those "
+      "of its surface along its normals; null without velocities.")
+      .oneOf({"points", "surface"});
+  addLooks(members, report.colorRange, report.quantizationError);
+  members(
+      "merge_distance", report.merge ? std::optional(report.merge->distance) : std::nullopt,
+      "Bound on the Hausdorff distance between the surfaces before and after coplanar triangles "
+      "were merged, in the units of the slice's axes; 0 up to rounding, null if they were not "
+      "merged.")
+      .atLeast(0);
 }
 
 }  // namespace t4d::verbs

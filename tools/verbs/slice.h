@@ -15,6 +15,8 @@
 
 namespace t4d::verbs {
 
+class Members;
+
 struct SliceOptions {
   /// Slice at this time: the solid as it is then, in x, y and z.
   std::optional<double> time = {};
@@ -65,7 +67,6 @@ struct SliceReport {
 Result<SliceReport> sliceMesh(const Input& input, const SliceOptions& options,
                               Observer& observer = nobody());
 
-/// The report as JSON (docs/schemas/slice.schema.json).
-std::string jsonOf(const SliceReport& report);
+void describe(Members& members, const SliceReport& report);
 
 }  // namespace t4d::verbs

@@ -3,8 +3,8 @@
 #include <limits>
 
 #include "t4d/mesh.h"
-#include "tools/verbs/json_text.h"
 #include "tools/verbs/material_names.h"
+#include "tools/verbs/members.h"
 #include "tools/verbs/origin.h"
 
 namespace t4d::verbs {
@@ -57,19 +57,45 @@ Result<FrameLooks> frameLooksOf(const SliceWriteOptions& options, const Input& i
   return looks;
 }
 
-void addFrameMembers(nlohmann::ordered_json& value, const convert::FrameSlicesReport& written,
-                     bool hasVelocity, const std::optional<ColorRange>& colorRange,
+void addFrameMembers(Members& members, const convert::FrameSlicesReport& written, bool hasVelocity,
+                     const std::optional<ColorRange>& colorRange,
                      const std::optional<double>& quantizationError) {
-  value["light"] = written.light;
-  value["distance"] = written.distance;
-  value["max_speed"] = nullptr;
-  value["clamped"] = nullptr;
-  if (hasVelocity) {
-    value["max_speed"] = written.maxSpeed;
-    value["clamped"] = written.clamped;
-  }
-  value["color_range"] = orNull(colorRange);
-  value["quantization_error"] = orNull(quantizationError);
+  const auto ofVelocity = [&]<class T>(const T& value) {
+    return hasVelocity ? std::optional<T>(value) : std::nullopt;
+  };
+  members("light", written.light,
+          "Whether all slices, in all bodies, have the triangles of the layers (light slices).")
+      .joined(Joined::All);
+  members("distance", written.distance,
+          "Bound on the Hausdorff distance of what is shown from the exact slice, in length units, "
+          "the largest of all frames; 0 if all are exact, null if it is too large for a double.")
+      .atLeast(0)
+      .orNull()
+      .joined(Joined::Most);
+  members(
+      "max_speed", ofVelocity(written.maxSpeed),
+      "Largest speed of a vertex, as written, in length units per time unit of the mesh, or per "
+      "second of playback; null without velocities.")
+      .atLeast(0)
+      .joined(Joined::Most);
+  members("clamped", ofVelocity(written.clamped),
+          "Number of vertices that --max-speed slowed down, in all frames together; null without "
+          "velocities.")
+      .joined(Joined::Added);
+  addLooks(members, colorRange, quantizationError);
+}
+
+void addLooks(Members& members, const std::optional<ColorRange>& colorRange,
+              const std::optional<double>& quantizationError) {
+  members("color_range", colorRange,
+          "Smallest and largest value of the attribute that gives the colours, the ends of the "
+          "colour map; null if colours do not come from numbers.")
+      .joined(Joined::First);
+  members("quantization_error", quantizationError,
+          "Maximum error of a quantized coordinate, in the units of the slice's axes; null if "
+          "coordinates are not quantized.")
+      .atLeast(0)
+      .joined(Joined::Most);
 }
 
 Error oneFrameHasNoSpeed() {

@@ -4,8 +4,6 @@
 #include <span>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "t4d/convert.h"
 #include "t4d/surface.h"
 #include "tools/verbs/input.h"
@@ -15,6 +13,8 @@
 
 /// The meaning of SliceWriteOptions for the folders that slice and write.
 namespace t4d::verbs {
+
+class Members;
 
 /// The given times of frames or, without any, 60 that are evenly spaced over the whole time.
 std::vector<double> timesOfFrames(const std::vector<double>& given, const Input& input);
@@ -43,9 +43,12 @@ Result<FrameLooks> frameLooksOf(const SliceWriteOptions& options, const Input& i
                                 std::vector<double> timeUnits, Observer& observer);
 
 /// Adds what the reports of frames say in the same words, from `light` to `quantization_error`.
-void addFrameMembers(nlohmann::ordered_json& value, const convert::FrameSlicesReport& written,
-                     bool hasVelocity, const std::optional<ColorRange>& colorRange,
+void addFrameMembers(Members& members, const convert::FrameSlicesReport& written, bool hasVelocity,
+                     const std::optional<ColorRange>& colorRange,
                      const std::optional<double>& quantizationError);
+/// Adds the last two of them, which the report of a slice has, too.
+void addLooks(Members& members, const std::optional<ColorRange>& colorRange,
+              const std::optional<double>& quantizationError);
 
 /// The error that velocities per second of playback need two frames.
 Error oneFrameHasNoSpeed();

@@ -7,6 +7,7 @@
 #include "t4d/surface.h"
 #include "tools/verbs/flipbook.h"
 #include "tools/verbs/frames.h"
+#include "tools/verbs/members.h"
 #include "tools/verbs/slice.h"
 #include "tools/verbs/test_moving_cube.h"
 
@@ -26,7 +27,7 @@ TEST(SliceMesh, AtATimeIsTheCubeInMemory) {
   EXPECT_TRUE(report->closed);
   EXPECT_NEAR(report->volume, 1, 1e-12);
   EXPECT_NEAR(report->area, 6, 1e-12);
-  const json value = json::parse(jsonOf(*report));
+  const json value = json::parse(reportText(*report));
   EXPECT_TRUE(value["max_speed"].is_null());
   EXPECT_EQ(value["bytes_read"], 0);
 }
@@ -104,7 +105,7 @@ TEST(Flipbook, ShowsTheWholeTimeInEveryKind) {
     EXPECT_EQ(report->lastTime, 4);
     EXPECT_EQ(report->seconds, 2.5);  // 60 frames
     EXPECT_EQ(report->bytes, std::filesystem::file_size(path));
-    const json value = json::parse(jsonOf(*report));
+    const json value = json::parse(reportText(*report));
     EXPECT_EQ(value["files"], json({path}));
     EXPECT_EQ(value["rigid"], kind == FlipbookKind::Rigid);
   }
@@ -147,7 +148,7 @@ TEST(Frames, OfAPartAreThoseOfTheWhole) {
   EXPECT_EQ(report->lastTime, 4);
   EXPECT_TRUE(std::filesystem::exists(report->manifest));
   EXPECT_TRUE(std::filesystem::exists(names->folder / "frame_0003.ply"));
-  EXPECT_EQ(json::parse(jsonOf(*report))["triangles"], 24);
+  EXPECT_EQ(json::parse(reportText(*report))["triangles"], 24);
 }
 
 TEST(Frames, RefuseMorePartsThanThereAreAndThePlaybackOfOne) {

@@ -22,6 +22,8 @@
 
 namespace t4d::verbs {
 
+class Members;
+
 /// The voxel method instead of the mesh method: frames of voxels, woven.
 struct VoxelMethod {
   double voxelSize = 1;  ///< in length units
@@ -174,7 +176,6 @@ Result<SweepReport> sweep(const SweepOptions& options, Observer& observer = nobo
 /// them helps, or these do. Reads the files again.
 std::optional<SweepOptions> workingOptions(const SweepOptions& options);
 
-/// The report as JSON (docs/schemas/sweep.schema.json); `peakBytes` is the memory that it took.
-std::string jsonOf(const SweepReport& report, std::uint64_t peakBytes);
+void describe(Members& members, const SweepReport& report);
 
 }  // namespace t4d::verbs

@@ -19,6 +19,7 @@
 #include "t4d/surface.h"
 #include "tools/verbs/compare_methods.h"
 #include "tools/verbs/input.h"
+#include "tools/verbs/members.h"
 
 /// What is swept by a call is what the files say: each kind of input has the hypervolume that is
 /// known for it.
@@ -85,9 +86,9 @@ TEST(SweepFiles, AMotionSweepsTheVolumeForItsDuration) {
   EXPECT_NEAR(report->chordBound.value_or(1), 0, 1e-12);
   EXPECT_FALSE(report->folds);
   EXPECT_TRUE(report->bodies.empty());
-  const auto json = nlohmann::json::parse(jsonOf(*report, 7));
+  const auto json = nlohmann::json::parse(reportText(*report));
   EXPECT_EQ(json["tetrahedra"], report->tetrahedra);
-  EXPECT_EQ(json["peak_bytes"], 7);
+  EXPECT_GT(json["peak_bytes"], 1'000'000);
   EXPECT_FALSE(json.contains("folds"));
 }
 
@@ -101,7 +102,7 @@ TEST(SweepFiles, KeysOneApartAreNoted) {
   EXPECT_NEAR(hypervolumeOf(options.output.path), kSide * kSide * kSide, 1e-9);
   ASSERT_TRUE(report->folds);
   EXPECT_EQ(report->folds->prisms, 0U);
-  EXPECT_TRUE(nlohmann::json::parse(jsonOf(*report, 0)).contains("crossings"));
+  EXPECT_TRUE(nlohmann::json::parse(reportText(*report)).contains("crossings"));
 }
 
 /// A cube that turns about its axis in 4 s beside another one of side `other` at rest.
@@ -168,7 +169,7 @@ TEST(SweepFiles, ABodyIsSweptToAThousandthOfItsOwnSizeWhateverIsBesideIt) {
     const std::uint64_t steps = report->bodies[0].steps;
     if (stepsAlone == 0) stepsAlone = steps;
     EXPECT_EQ(steps, stepsAlone);
-    EXPECT_EQ(nlohmann::json::parse(jsonOf(*report, 0))["bodies"][1]["tolerance"],
+    EXPECT_EQ(nlohmann::json::parse(reportText(*report))["bodies"][1]["tolerance"],
               *report->bodies[1].tolerance);
     const auto input = openInput(options.output.path);
     ASSERT_TRUE(input);

@@ -9,7 +9,7 @@
 #include "formats/text/xml_text.h"
 #include "measure/derived_track.h"
 #include "tools/verbs/csv_field.h"
-#include "tools/verbs/json_text.h"
+#include "tools/verbs/members.h"
 
 namespace t4d::verbs {
 namespace {
@@ -25,10 +25,8 @@ constexpr std::string_view kPartOfMesh = "part";
 
 std::string_view kindOf(const Track& track) { return track.cavity ? "cavity" : "solid"; }
 
-ordered_json coordinatesOf(const model::Point3& point) { return {point.x(), point.y(), point.z()}; }
-
-ordered_json idsOf(const BodyTracks& body, const std::vector<std::uint32_t>& tracks) {
-  ordered_json ids = ordered_json::array();
+std::vector<std::uint64_t> idsOf(const BodyTracks& body, const std::vector<std::uint32_t>& tracks) {
+  std::vector<std::uint64_t> ids;
   for (const std::uint32_t track : tracks) ids.push_back(body.firstId + track);
   return ids;
 }
@@ -241,66 +239,143 @@ std::string dotGraph(const TrackReport& report) {
   return text + "}\n";
 }
 
-std::string jsonOf(const TrackReport& report) {
-  ordered_json tracks = ordered_json::array();
-  ordered_json events = ordered_json::array();
+namespace {
+
+void describeSample(Members& members, const measure::TrackSample& sample) {
+  const measure::SolidMeasures& one = sample.measures;
+  members("time", one.time, "In time units.");
+  members("volume", one.volume, "In length units cubed; negative of a cavity.");
+  members("area", one.area, "Of the surface, in length units squared.").atLeast(0);
+  members("centroid", one.centroid, "x, y and z.");
+  members(
+      "speed", sample.speed,
+      "Distance of the centroid from that of the sample before, by the time between; null of the "
+      "first.");
+  members("genus", one.genus, "Number of handles.");
+  members("cavities", one.cavities, "Connected surfaces that face inward.");
+  members("min", one.bounds.min, "The least x, y and z.");
+  members("max", one.bounds.max, "The greatest x, y and z.");
+}
+
+/// A track with what is known of it from its body.
+struct NamedTrack {
+  std::uint64_t id = 1;
+  std::string body;
+  std::string begins;
+  std::string ends;
+  std::vector<std::uint64_t> from;
+  std::vector<std::uint64_t> into;
+  const Track* track = nullptr;
+};
+
+std::vector<NamedTrack> tracksOf(const TrackReport& report) {
+  std::vector<NamedTrack> tracks;
   forTracks(report, [&](const BodyTracks& body, std::uint32_t i, const Track& track) {
-    ordered_json samples = ordered_json::array();
-    for (const measure::TrackSample& sample : track.samples) {
-      const measure::SolidMeasures& one = sample.measures;
-      samples.push_back({{"time", one.time},
-                         {"volume", one.volume},
-                         {"area", one.area},
-                         {"centroid", coordinatesOf(one.centroid)},
-                         {"speed", orNull(sample.speed)},
-                         {"genus", one.genus},
-                         {"cavities", one.cavities},
-                         {"min", coordinatesOf(one.bounds.min)},
-                         {"max", coordinatesOf(one.bounds.max)}});
-    }
-    tracks.push_back({{"id", body.firstId + i},
-                      {"body", body.name},
-                      {"kind", kindOf(track)},
-                      {"begin", track.begin},
-                      {"end", track.end},
-                      {"begins", beginOf(body.tracks, track)},
-                      {"ends", endOf(body.tracks, track)},
-                      {"from", idsOf(body, track.from)},
-                      {"into", idsOf(body, track.into)},
-                      {"largest_volume", track.largestVolume},
-                      {"samples", std::move(samples)}});
+    tracks.push_back({body.firstId + i, body.name, std::string(beginOf(body.tracks, track)),
+                      std::string(endOf(body.tracks, track)), idsOf(body, track.from),
+                      idsOf(body, track.into), &track});
   });
+  return tracks;
+}
+
+void describeTrack(Members& members, const NamedTrack& named) {
+  static const Track kNone;
+  const Track& track = named.track == nullptr ? kNone : *named.track;
+  members("id", named.id, "Number of the track, from 1.").atLeast(1);
+  members("body", named.body, "The name of the body.");
+  members("kind", kindOf(track), "cavity: with --surfaces, a surface that faces inward.")
+      .oneOf({"solid", "cavity"});
+  members("begin", track.begin, "In time units.");
+  members("end", track.end, "In time units.");
+  members("begins", named.begins,
+          "How it begins: with the mesh, or the event that it comes out of; part: before this part "
+          "of the mesh.")
+      .oneOf({"mesh", "appears", "splits", "merges", "rearranges", "part"});
+  members(
+      "ends", named.ends,
+      "How it ends: with the mesh, or the event that it goes into; part: after this part of the "
+      "mesh.")
+      .oneOf({"mesh", "vanishes", "splits", "merges", "rearranges", "part"});
+  members("from", named.from, "Tracks that it comes out of.");
+  members("into", named.into, "Tracks that it goes into.");
+  members("largest_volume", track.largestVolume,
+          "Of its samples or, without samples, at some time of the slab in which it begins; in "
+          "length units cubed.")
+      .atLeast(0);
+  members("samples", track.samples, "The component at each time, in the order of time.",
+          describeSample);
+}
+
+/// An event with what is known of it from its body.
+struct NamedEvent {
+  std::string body;
+  std::vector<std::uint64_t> before;
+  std::vector<std::uint64_t> after;
+  TrackEvent event;
+};
+
+std::vector<NamedEvent> eventsOf(const TrackReport& report) {
+  std::vector<NamedEvent> events;
   for (const BodyTracks& body : report.bodies) {
     for (const TrackEvent& event : body.tracks.events) {
-      events.push_back({{"time", event.time},
-                        {"event", nameOf(event.kind)},
-                        {"body", body.name},
-                        {"place", coordinatesOf(event.place)},
-                        {"before", idsOf(body, event.before)},
-                        {"after", idsOf(body, event.after)},
-                        {"count", event.count},
-                        {"euler", event.euler}});
+      events.push_back({body.name, idsOf(body, event.before), idsOf(body, event.after), event});
     }
   }
-  ordered_json contacts = ordered_json::array();
-  for (const measure::BodyContact& one : report.contacts) {
-    ordered_json samples = ordered_json::array();
-    for (const auto& [time, area] : one.samples)
-      samples.push_back({{"time", time}, {"area", area}});
-    contacts.push_back({{"body", report.bodies[one.body].name},
-                        {"other", report.bodies[one.other].name},
-                        {"begin", one.begin},
-                        {"end", one.end},
-                        {"largest_area", one.largestArea},
-                        {"samples", std::move(samples)}});
-  }
-  return jsonText({{"length_unit", report.lengthUnit},
-                   {"time_unit", report.timeUnit},
-                   {"tracks", std::move(tracks)},
-                   {"events", std::move(events)},
-                   {"contacts", std::move(contacts)},
-                   {"pruned_tracks", report.prunedTracks},
-                   {"pruned_events", report.prunedEvents}});
+  return events;
+}
+
+void describeEvent(Members& members, const NamedEvent& named) {
+  const TrackEvent& event = named.event;
+  members("time", event.time, "In time units.");
+  members("event", nameOf(event.kind), "What happens (docs/track.md).")
+      .oneOf({"appears", "vanishes", "splits", "merges", "rearranges", "hole-opens", "hole-closes",
+              "cavity-appears", "cavity-vanishes", "cavity-opens", "cavity-closes",
+              "cavities-split", "cavities-merge"});
+  members("body", named.body, "The name of the body.");
+  members("place", event.place, "The mean of the vertices where the topology changes.");
+  members("before", named.before, "Tracks that take part, before the event.");
+  members("after", named.after, "Tracks that take part, after the event.");
+  members("count", event.count,
+          "Number of holes or cavities; else the difference of the numbers of tracks.");
+  members("euler", event.euler, "What it adds to the Euler number of the slice.");
+}
+
+}  // namespace
+
+void describe(Members& members, const TrackReport& report) {
+  members("length_unit", report.lengthUnit, "Unit of all lengths: mm, m, ...; empty if unknown.");
+  members("time_unit", report.timeUnit, "Unit of the times: s, ms, ...; empty if unknown.");
+  members("tracks", tracksOf(report),
+          "Components of each body, from birth to death, in the order of birth; bodies one after "
+          "another.",
+          describeTrack);
+  members("events", eventsOf(report),
+          "What happens, in the order of time; bodies one after another.", describeEvent);
+  members("contacts", report.contacts,
+          "Of several bodies whose surfaces have vertices in common: who touches whom, without a "
+          "break, in the order of begin.",
+          [&](Members& own, const measure::BodyContact& one) {
+            const auto nameOfBody = [&](std::size_t body) {
+              return report.bodies.empty() ? std::string() : report.bodies[body].name;
+            };
+            own("body", nameOfBody(one.body), "The name of a body.");
+            own("other", nameOfBody(one.other), "The name of the body that it touches.");
+            own("begin", one.begin, "In time units.");
+            own("end", one.end, "In time units.");
+            own("largest_area", one.largestArea,
+                "Of its samples and at layers, in length units squared.")
+                .atLeast(0);
+            own("samples", one.samples, "The contact at each time, in the order of time.",
+                [](Members& ofSample, const measure::ContactSample& sample) {
+                  ofSample("time", sample.time, "In time units.");
+                  ofSample("area", sample.area,
+                           "The mean of the two surfaces, in length units squared.")
+                      .atLeast(0);
+                });
+          });
+  members("pruned_tracks", report.prunedTracks,
+          "Tracks left out by --min-volume or --min-duration.");
+  members("pruned_events", report.prunedEvents, "Events left out with them.");
 }
 
 }  // namespace t4d::verbs

@@ -12,6 +12,8 @@
 
 namespace t4d::verbs {
 
+class Members;
+
 /// The tracks of one body.
 struct BodyTracks {
   std::string name;
@@ -70,7 +72,6 @@ std::string contactsCsv(const TrackReport& report);
 std::string graphMl(const TrackReport& report);
 std::string dotGraph(const TrackReport& report);
 
-/// The report as JSON (docs/schemas/track.schema.json).
-std::string jsonOf(const TrackReport& report);
+void describe(Members& members, const TrackReport& report);
 
 }  // namespace t4d::verbs

@@ -9,7 +9,6 @@
 #include <Eigen/LU>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
 #include "edit/map_space_time.h"
 #include "formats/t4d/body_details.h"
@@ -17,7 +16,7 @@
 #include "platform/stopwatch.h"
 #include "t4d/file.h"
 #include "t4d/mesh.h"
-#include "tools/verbs/json_text.h"
+#include "tools/verbs/members.h"
 #include "tools/verbs/moved_bounds.h"
 #include "tools/verbs/origin.h"
 #include "tools/verbs/space_time_map.h"
@@ -195,20 +194,21 @@ Result<TransformReport> transform(const Input& given, const TransformOptions& op
   return report;
 }
 
-std::string jsonOf(const TransformReport& report, std::uint64_t peakBytes) {
-  std::vector<double> matrix;
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 4; ++column) matrix.push_back(report.map.space(row, column));
+void describe(Members& members, const TransformReport& report) {
+  std::array<double, 12> matrix{};
+  for (std::size_t i = 0; i < matrix.size(); ++i) {
+    matrix[i] = report.map.space(static_cast<int>(i / 4), static_cast<int>(i % 4));
   }
-  return jsonText({{"bodies", report.bodies},
-                   {"axes", report.axes},
-                   {"matrix", matrix},
-                   {"time_scale", report.map.timeScale},
-                   {"time_shift", report.map.timeShift},
-                   {"mirrored", report.map.mirrors()},
-                   {"bytes", report.bytes},
-                   {"seconds", report.seconds},
-                   {"peak_bytes", peakBytes}});
+  members("bodies", report.bodies, "Bodies written.").atLeast(1);
+  members("axes", report.axes, "The value of --axes; \"\" for nothing.");
+  members("matrix", matrix,
+          "The map of space, after axes that exchange or reverse time: 3 rows of 4 numbers, row by "
+          "row, the last of each row a translation.");
+  members("time_scale", report.map.timeScale, "The factor of times.").above(0);
+  members("time_shift", report.map.timeShift, "The number added to times after that.");
+  members("mirrored", report.map.mirrors(), "Whether the map mirrors space.");
+  members("bytes", report.bytes, "Size of the file, in bytes.");
+  addCosts(members, report.seconds);
 }
 
 }  // namespace t4d::verbs

@@ -12,6 +12,8 @@
 
 namespace t4d::verbs {
 
+class Members;
+
 struct Rotation {
   std::array<double, 3> axis = {0, 0, 1};  ///< through the origin, of any length but 0
   double degrees = 0;                      ///< counter-clockwise seen from the tip of the axis
@@ -62,7 +64,6 @@ bool areAxes(const std::string& axes);
 Result<TransformReport> transform(const Input& input, const TransformOptions& options,
                                   Observer& observer = nobody());
 
-/// The report as JSON (docs/schemas/transform.schema.json).
-std::string jsonOf(const TransformReport& report, std::uint64_t peakBytes);
+void describe(Members& members, const TransformReport& report);
 
 }  // namespace t4d::verbs

@@ -8,12 +8,15 @@
 
 namespace t4d::verbs {
 
+class Members;
+
 /// Result of validating a .t4d file: its bytes and its meshes.
 struct Validation {
   /// The report on all bodies together; empty if the file cannot be read that far.
   std::optional<measure::MeshReport> mesh;
   /// All findings, with the slab and its offset in the file if they concern a single one.
   measure::IssueList issues;
+  bool deep = false;  ///< whether vertex links were to be checked
 
   bool valid() const { return issues.errors == 0; }
 };
@@ -34,5 +37,7 @@ Result<Validation> validate(const std::filesystem::path& path,
                             const measure::CheckOptions& options = {},
                             const model::Progress& progress = {},
                             std::optional<std::uint64_t> maxCells = {});
+
+void describe(Members& members, const Validation& validation);
 
 }  // namespace t4d::verbs

@@ -12,7 +12,7 @@
 #include "model/source_part.h"
 #include "t4d/file.h"
 #include "tools/verbs/exact_json.h"
-#include "tools/verbs/json_text.h"
+#include "tools/verbs/members.h"
 
 namespace t4d::verbs {
 namespace {
@@ -51,12 +51,21 @@ Result<PartOfMesh> check(const model::Source& source, const model::PartRange& ra
   return checker.finishPart();
 }
 
-ordered_json jsonOf(const Issue& issue) {
-  return {{"code", issue.code},
-          {"severity", static_cast<int>(issue.severity)},
-          {"message", issue.message},
-          {"slab", orNull(issue.slab)},
-          {"offset", orNull(issue.offset)}};
+void describeIssue(Members& members, const Issue& issue) {
+  members(
+      "code", issue.code,
+      "What was found; the page docs/validate.md says what to do about it. A code never changes "
+      "its meaning.")
+      .oneOf({"file-damaged", "no-cells", "facet-not-shared-by-two", "facet-orientation",
+              "inside-out", "seam-differs", "slab-times", "vertex-link", "cap-vertex-link",
+              "degenerate-cell"});
+  members("severity", static_cast<int>(issue.severity),
+          "0 error, 1 warning (cap-vertex-link, degenerate-cell), 2 information, 3 hint.")
+      .atLeast(0)
+      .atMost(3);
+  members("message", issue.message, "In words, with the cell, facet or vertex.").notEmpty();
+  members("slab", issue.slab, "Slab of its body, counted from 0; null if there is none.");
+  members("offset", issue.offset, "Byte of the file; null if there is none.");
 }
 
 template <class T>
@@ -107,7 +116,8 @@ ordered_json jsonOf(const PartValidation::Body& body) {
   const MeshReport& found = body.part.found;
   const measure::ComponentSpan& span = body.part.components;
   auto issues = ordered_json::array();
-  for (const Issue& issue : found.issues.issues) issues.push_back(jsonOf(issue));
+  for (const Issue& issue : found.issues.issues)
+    issues.push_back(Members::valueOf(issue, describeIssue));
   return {{"name", body.name},
           {"said",
            {{"vertices", body.said.vertices},
@@ -264,35 +274,42 @@ Result<Validation> joinedValidation(const std::vector<PartValidation>& parts) {
   return validation;
 }
 
-ordered_json jsonOf(const Validation& validation, bool deep) {
-  ordered_json value;
-  value["valid"] = validation.valid();
-  const auto measure = [&](const char* key, auto member) {
-    value[key] = validation.mesh ? ordered_json((*validation.mesh).*member) : ordered_json();
+void describe(Members& members, const Validation& validation) {
+  const auto ofMesh = [&](auto member) {
+    return validation.mesh ? std::optional((*validation.mesh).*member) : std::nullopt;
   };
-  measure("closed", &MeshReport::closed);
-  measure("oriented", &MeshReport::oriented);
   // A mesh with gaps, or with sides that disagree, encloses nothing in particular.
   const bool encloses = validation.mesh && validation.mesh->closed && validation.mesh->oriented;
-  value["hypervolume"] = encloses ? ordered_json(validation.mesh->hypervolume) : ordered_json();
-  measure("boundary_volume", &MeshReport::boundaryVolume);
-  measure("components", &MeshReport::components);
-  measure("degenerate_cells", &MeshReport::degenerateCells);
-  if (deep) {
-    value["vertex_links_ok"] =
-        validation.mesh ? orNull(validation.mesh->vertexLinksOk) : ordered_json();
-  }
-  ordered_json messages = ordered_json::array();
-  for (const Issue& issue : validation.issues.issues) messages.push_back(jsonOf(issue));
-  value["issues"] = {{"errors", validation.issues.errors},
-                     {"warnings", validation.issues.warnings},
-                     {"messages", messages}};
-  return value;
+  members("valid", validation.valid(), "There are no errors.");
+  members("closed", ofMesh(&MeshReport::closed), "Every facet has exactly two cells.");
+  members("oriented", ofMesh(&MeshReport::oriented),
+          "The two cells of every facet are on opposite sides of it.");
+  members("hypervolume", encloses ? ofMesh(&MeshReport::hypervolume) : std::nullopt,
+          "Enclosed, in length units to the third times time units. Also null if the mesh is not "
+          "closed and oriented, or if it is too large for a double.");
+  members(
+      "boundary_volume", ofMesh(&MeshReport::boundaryVolume),
+      "Of all cells, in length units to the third, taking one time unit as one length unit. Also "
+      "null if it is too large for a double.")
+      .atLeast(0);
+  members("components", ofMesh(&MeshReport::components), "Connected components.");
+  members("degenerate_cells", ofMesh(&MeshReport::degenerateCells),
+          "Cells without volume within the rounding of their corners.");
+  members("vertex_links_ok", validation.mesh ? validation.mesh->vertexLinksOk : std::nullopt,
+          "Every vertex link is a sphere. With --deep only.")
+      .onlyIf(validation.deep);
+  members("issues", validation.issues, "All findings.",
+          [](Members& own, const measure::IssueList& issues) {
+            own("errors", issues.errors, "Number, including those that are not in messages.");
+            own("warnings", issues.warnings, "Number, including those that are not in messages.");
+            own("messages", issues.issues, "The first ten findings of each code and body.",
+                describeIssue);
+          });
 }
 
 ordered_json stateOf(const PartValidation& part) {
   ordered_json state = {{"bodies", ordered_json::array()},
-                        {"damage", part.damage ? jsonOf(*part.damage) : ordered_json()},
+                        {"damage", Members::valueOf(part.damage, describeIssue)},
                         {"before_all", part.beforeAll}};
   for (const PartValidation::Body& body : part.bodies) state["bodies"].push_back(jsonOf(body));
   return state;

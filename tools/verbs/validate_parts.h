@@ -35,7 +35,6 @@ Validation validationOf(const PartValidation& part);
 /// The findings of all parts, in order.
 Result<Validation> joinedValidation(const std::vector<PartValidation>& parts);
 
-nlohmann::ordered_json jsonOf(const Validation& validation, bool deep);
 /// A part without loss, and back; nothing if that is not such a part.
 nlohmann::ordered_json stateOf(const PartValidation& part);
 std::optional<PartValidation> partValidationOf(const nlohmann::ordered_json& state);

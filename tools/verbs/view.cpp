@@ -16,7 +16,7 @@
 #include "platform/kept_inputs.h"
 #include "platform/temporary_folder.h"
 #include "tools/verbs/input.h"
-#include "tools/verbs/json_text.h"
+#include "tools/verbs/members.h"
 
 namespace t4d::verbs {
 namespace {
@@ -154,14 +154,15 @@ Result<ViewReport> view(const ViewOptions& options, Observer& observer) {
   return ViewReport{.files = viewed->names(), .output = options.output, .bytes = *bytes};
 }
 
-std::string jsonOf(const ViewReport& report) {
+void describe(Members& members, const ViewReport& report) {
   const auto orNone = [](const std::string& text) {
-    return text.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(text);
+    return text.empty() ? std::nullopt : std::optional(text);
   };
-  return jsonText({{"url", orNone(report.url)},
-                   {"files", report.files},
-                   {"output", orNone(report.output)},
-                   {"bytes", orNull(report.bytes)}});
+  members("url", orNone(report.url), "Address of the served page; null if the page was written.");
+  members("files", report.files, "Names of the files on the page.");
+  members("output", orNone(report.output),
+          "Page or folder that was written; null if the page is served.");
+  members("bytes", report.bytes, "Bytes written; null if the page is served.");
 }
 
 }  // namespace t4d::verbs

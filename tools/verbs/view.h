@@ -11,6 +11,8 @@
 
 namespace t4d::verbs {
 
+class Members;
+
 struct ViewOptions {
   /// .t4d and .t4dm files to show side by side: paths or URLs.
   std::vector<std::string> inputs = {};
@@ -51,7 +53,6 @@ bool isOnePage(const std::string& output);
 /// would be replaced.
 Result<ViewReport> view(const ViewOptions& options, Observer& observer = nobody());
 
-/// The report as JSON (docs/schemas/view.schema.json).
-std::string jsonOf(const ViewReport& report);
+void describe(Members& members, const ViewReport& report);
 
 }  // namespace t4d::verbs

@@ -1,12 +1,11 @@
 #include "tools/verbs/voxel_series.h"
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "model/amount_text.h"
 #include "platform/stopwatch.h"
-#include "tools/verbs/json_text.h"
 #include "tools/verbs/lost_parts.h"
+#include "tools/verbs/members.h"
 
 namespace t4d::verbs {
 
@@ -43,18 +42,26 @@ void noticeEmptyFrames(const voxel4d::VoxelSeries& series, std::vector<std::stri
                   series.emptyFrames, series.frames));
 }
 
-std::string jsonOf(const VoxelSeriesReport& report, std::uint64_t peakBytes) {
+void describe(Members& members, const VoxelSeriesReport& report) {
   const voxel4d::VoxelSeries& series = report.series;
-  return jsonText({{"frames", series.frames},
-                   {"time_begin", report.time.begin},
-                   {"time_end", report.time.end},
-                   {"inside_points", series.insidePoints},
-                   {"empty_frames", series.emptyFrames},
-                   {"most_active_voxels", series.mostActiveVoxels},
-                   {"seconds", report.seconds},
-                   {"peak_bytes", peakBytes},
-                   {"bytes", series.bytes},
-                   {"parts_lost", jsonOf(series.partsLost)}});
+  members("frames", series.frames, "Number of frames, that is, of grids written.")
+      .atLeast(1)
+      .joined(Joined::Added);
+  members("time_begin", report.time.begin, "Time of the first frame, in time units.")
+      .joined(Joined::First);
+  members("time_end", report.time.end, "Time of the last frame, in time units.")
+      .joined(Joined::Last);
+  members("inside_points", series.insidePoints,
+          "Lattice points inside the solid, in all frames together.")
+      .joined(Joined::Added);
+  members("empty_frames", series.emptyFrames, "Frames without a point inside.")
+      .joined(Joined::Added);
+  members("most_active_voxels", series.mostActiveVoxels,
+          "Largest number of active voxels in a frame.")
+      .joined(Joined::Most);
+  addCosts(members, report.seconds);
+  members("bytes", series.bytes, "Size of all files together, in bytes.").joined(Joined::Added);
+  addLostParts(members, series.partsLost);
 }
 
 }  // namespace t4d::verbs

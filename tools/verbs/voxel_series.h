@@ -11,6 +11,8 @@
 
 namespace t4d::verbs {
 
+class Members;
+
 /// Options for writing a solid as a time series of .vdb files.
 struct VoxelSeriesOptions {
   std::vector<double> times = {};  ///< of the frames, increasing
@@ -39,7 +41,6 @@ Result<VoxelSeriesReport> writeVoxelSeries(const voxel4d::SolidAtTime& solid,
 /// Adds a notice if frames have no point inside.
 void noticeEmptyFrames(const voxel4d::VoxelSeries& series, std::vector<std::string>& notices);
 
-/// The report as JSON (docs/schemas/voxelize.schema.json), with the memory that it took.
-std::string jsonOf(const VoxelSeriesReport& report, std::uint64_t peakBytes);
+void describe(Members& members, const VoxelSeriesReport& report);
 
 }  // namespace t4d::verbs

@@ -10,8 +10,8 @@
 #include "formats/t4d/url.h"
 #include "platform/kept_inputs.h"
 #include "platform/stopwatch.h"
-#include "tools/verbs/json_text.h"
 #include "tools/verbs/lost_parts.h"
+#include "tools/verbs/members.h"
 #include "tools/verbs/weave_names.h"
 
 namespace t4d::verbs {
@@ -173,18 +173,33 @@ Result<WeaveReport> weave(WeaveInput input, const WeaveOptions& options, Observe
   return report;
 }
 
-std::string jsonOf(const WeaveReport& report, std::uint64_t peakBytes) {
+void describe(Members& members, const WeaveReport& report) {
   const voxel4d::WeaveReport& woven = report.woven;
-  return jsonText({{"vertices", woven.vertices},
-                   {"tetrahedra", woven.tetrahedra},
-                   {"frames", woven.frames},
-                   {"frames_in_between", report.framesInBetween},
-                   {"seconds", report.seconds},
-                   {"peak_bytes", peakBytes},
-                   {"cap_tetrahedra", woven.capTetrahedra},
-                   {"space", report.space.empty() ? ordered_json() : ordered_json(report.space)},
-                   {"bytes", report.bytes},
-                   {"parts_lost", jsonOf(woven.partsLost)}});
+  members("vertices", woven.vertices, "Vertices of the 4D mesh, each once.")
+      .atLeast(5)
+      .joined(Joined::Added);
+  members("tetrahedra", woven.tetrahedra, "Cells of the 4D mesh, caps included.")
+      .atLeast(5)
+      .joined(Joined::Added);
+  members("frames", woven.frames,
+          "Frames that were woven: grids or meshes that were read, and those in between.")
+      .atLeast(2)
+      .joined(Joined::Added);
+  members("frames_in_between", report.framesInBetween,
+          "Of these, the frames that --velocity made between those that were read.")
+      .joined(Joined::Added);
+  addCosts(members, report.seconds);
+  members("cap_tetrahedra", woven.capTetrahedra,
+          "Cells that close the mesh at its first and at its last time.")
+      .joined(Joined::Added);
+  members(
+      "space", report.space.empty() ? std::nullopt : std::optional(report.space),
+      "What positions are relative to a patient: RAS is x to the right, y anterior, z superior; "
+      "LPS is x to the left, y posterior, z superior. null where the files do not say.")
+      .oneOf({"RAS", "LPS"})
+      .joined(Joined::First);
+  members("bytes", report.bytes, "Size of the file, in bytes.").joined(Joined::Unknown);
+  addLostParts(members, woven.partsLost);
 }
 
 }  // namespace t4d::verbs

@@ -12,6 +12,8 @@
 
 namespace t4d::verbs {
 
+class Members;
+
 struct WeaveOptions {
   voxel4d::CapStyle caps = voxel4d::CapStyle::Flat;
   voxel4d::Between between = voxel4d::Between::Distance;
@@ -46,7 +48,6 @@ struct WeaveReport {
 Result<WeaveReport> weave(WeaveInput input, const WeaveOptions& options,
                           Observer& observer = nobody());
 
-/// The report as JSON (docs/schemas/weave.schema.json), with the memory that it took.
-std::string jsonOf(const WeaveReport& report, std::uint64_t peakBytes);
+void describe(Members& members, const WeaveReport& report);
 
 }  // namespace t4d::verbs

@@ -9,6 +9,7 @@
 #include "platform/test_folder.h"
 #include "t4d/surface.h"
 #include "tools/verbs/input.h"
+#include "tools/verbs/members.h"
 #include "voxel4d/frame_formats.h"
 #include "voxel4d/sampled_frames.h"
 
@@ -51,8 +52,8 @@ TEST(Weave, TakesFramesInMemory) {
   EXPECT_EQ(details["source"], (json{{"frames", "ball"}}));
   EXPECT_EQ(details["parameters"]["caps"], "flat");
   EXPECT_EQ(input->reader->summary(0).tetrahedra, report->woven.tetrahedra);
-  const json value = json::parse(jsonOf(*report, 7));
-  EXPECT_EQ(value["peak_bytes"], 7);
+  const json value = json::parse(reportText(*report));
+  EXPECT_GT(value["peak_bytes"], 1'000'000);
   EXPECT_TRUE(value["space"].is_null());
   EXPECT_EQ(value["bytes"], std::filesystem::file_size(path));
 }

@@ -1,10 +1,10 @@
-// The program's --json output matches docs/schemas in every member.
+// The program's --json output matches the schemas of its reports in every member.
 import assert from 'node:assert/strict';
 import { readFileSync, readdirSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 import test from 'node:test';
 
-import { objectsIn, schemaOf, walkSchema } from './schemas.mjs';
+import { objectsIn, reportSchemas, schemaOf, walkSchema } from './schemas.mjs';
 import { build, makeFolder, root, t4dRaw } from './t4d.mjs';
 import { chunksOf, exampleOfSpec, reseal } from './t4d_file.mjs';
 
@@ -12,10 +12,8 @@ const folder = makeFolder('schemas');
 const at = (name) => path.join(folder, name);
 const fixture = (name) => at(`fixtures/${name}`);
 
-const suffix = '.schema.json';
-const schemas = new Map(readdirSync(path.join(root, 'docs/schemas'))
-  .filter((name) => name.endsWith(suffix))
-  .map((name) => [name.slice(0, -suffix.length), schemaOf(`docs/schemas/${name}`)]));
+const help = JSON.parse(t4dRaw('help', '--json').stdout);
+const schemas = reportSchemas(help);
 
 const docs = path.join(root, 'docs');
 const pages = readdirSync(docs).filter((name) => name.endsWith('.md'));
@@ -24,25 +22,21 @@ const pages = readdirSync(docs).filter((name) => name.endsWith('.md'));
 const optional = ['vertex_links_ok', 'hypervolume_expected', 'hypervolume_error', 'convergence',
   'slab_list', 'folds', 'crossings', 'mend', 'mended'];
 // Members that are present in some compared meshes only.
-const optionalOfMeshes = ['voxel_size', 'frames', 'symmetric_difference', 'hausdorff'];
+const optionalOfMeshes = ['voxel_size', 'frames'];
 const isComparedMesh = (verb, where) =>
-  verb === 'compare' && /^(#\/\$defs\/mesh|\/[ab]|\/convergence\/levels\/\d+)$/.test(where);
+  verb === 'compare' && /^(#\/properties)?\/([ab]|convergence.*\/levels\/(items|\d+))$/.test(where);
 const isOptional = (verb, where, key) => optional.includes(key) ||
   (verb === 'sweep' && ['chord_bound', 'half_turns', 'voxel_size'].includes(key)) ||
   // Parts have it; mill has none.
   (verb !== 'mill' && key === 'part') ||
-  // Only some joins have these: of files, of fields, or of manifests of frames.
-  (verb === 'join' && ['frames', 'slabs', 'vertices', 'tetrahedra', 'field', 'active', 'bytes', 'copied'].includes(key)) ||
   // Only several bodies have this.
   (['measure', 'compare'].includes(verb) && key === 'bodies') ||
   // They are present if they are asked for.
   (verb === 'measure' && ['wall_thickness', 'normal_speed'].includes(key)) ||
   // Only an animated glTF has these.
-  (verb === 'sweep' && (['bodies', 'tolerance'].includes(key) || (key === 'body' && where.includes('first')))) ||
+  (verb === 'sweep' && ((key === 'bodies' && !where.endsWith('mend')) || key === 'tolerance' || (key === 'body' && where.includes('first')))) ||
   (isComparedMesh(verb, where) && optionalOfMeshes.includes(key));
 const free = ['details', 'part'];
-
-const help = JSON.parse(t4dRaw('help', '--json').stdout);
 
 /** All verbs with --json, including nested ones. */
 function verbsWithJson({ verbs, options }, words = []) {
@@ -346,18 +340,12 @@ test('help as JSON is as its schema says', () => {
   assert.deepEqual([value, choices], ['TEXT', ['keep', 'merge']]);
 });
 
-test('every verb with --json has a schema, runs here, and is linked in the pages', () => {
+test('every verb with --json has a schema, and runs here', () => {
   const verbs = verbsWithJson(help);
   assert.ok(verbs.includes('validate'));
   assert.deepEqual([...schemas.keys()].sort(), [...verbs].sort());
   const done = new Set(runs.filter(([, , status]) => status === 0).map(([verb]) => verb));
   assert.deepEqual([...done].sort(), [...verbs].sort());
-  const linksOf = (name) => [...readFileSync(path.join(docs, name), 'utf8')
-    .matchAll(/\(schemas\/([a-z-]+)\.schema\.json\)/g)].map(([, verb]) => verb);
-  assert.deepEqual(linksOf('json.md').sort(), [...verbs].sort());
-  const onPages = pages.filter((name) => name !== 'json.md').flatMap(linksOf);
-  // `version` has no page.
-  assert.deepEqual([...onPages, 'version'].sort(), [...verbs].sort());
 });
 
 for (const [verb, { schema }] of schemas) {
@@ -365,16 +353,13 @@ for (const [verb, { schema }] of schemas) {
     assert.equal(schema.$schema, 'https://json-schema.org/draft/2020-12/schema');
     assert.equal(schema.title, `t4d ${verb.replaceAll('-', ' ')} --json`);
     assert.ok(schema.description);
-    const described = (member) => member.description ??
-      (member.$ref && schema.$defs[member.$ref.replace('#/$defs/', '')].description);
     walkSchema(schema, (part, where) => {
-      // A schema below if, then or else only narrows a member that is described elsewhere.
-      if (part.type !== 'object' || !part.properties || /\/(if|then|else)\b/.test(where)) return;
+      if (part.type !== 'object' || !part.properties) return;
       assert.equal(part.additionalProperties, false, where);
       const members = Object.keys(part.properties);
       assert.deepEqual(part.required, members.filter((name) => !isOptional(verb, where, name)), where);
       for (const name of members) {
-        assert.match(part.properties[name] && described(part.properties[name]) || '', /./, `${where}/${name}`);
+        assert.match(part.properties[name].description, /./, `${where}/${name}`);
       }
     });
   });
@@ -404,22 +389,21 @@ test('info: a body without vertices, first or last, does not count for the bound
 test('the issue codes of docs/validate.md are those of the schema, with their severities', () => {
   const page = readFileSync(path.join(root, 'docs/validate.md'), 'utf8');
   const table = [...page.matchAll(/^\| `([a-z-]+)` \| (error|warning|information|hint) \|/gm)];
-  const { issue } = schemas.get('validate').schema.$defs;
-  assert.deepEqual(table.map(([, code]) => code).sort(), [...issue.properties.code.enum].sort());
-  assert.deepEqual(table.filter(([, , severity]) => severity === 'warning').map(([, code]) => code),
-    issue.if.properties.code.enum);
-  assert.ok(table.every(([, , severity]) => severity === 'warning' || severity === 'error'));
+  const { code, severity } = schemas.get('validate').schema.properties.issues.properties.messages.items.properties;
+  assert.deepEqual(table.map(([, name]) => name).sort(), [...code.enum].sort());
+  const warnings = /1 warning \(([^)]*)\)/.exec(severity.description)[1].split(', ');
+  assert.deepEqual(table.filter(([, , word]) => word === 'warning').map(([, name]) => name), warnings);
+  assert.ok(table.every(([, , word]) => word === 'warning' || word === 'error'));
 });
 
-test('the page that links a schema names all its members', () => {
-  for (const name of pages.filter((page) => page !== 'json.md')) {
+test('the page of a verb names all members of its report', () => {
+  const pageOf = { voxelize: 'weave', rasterize: 'weave', version: 'json' };
+  for (const [verb, { schema }] of schemas) {
+    const name = `${pageOf[verb] ?? verb.split('-')[0]}.md`;
     const page = readFileSync(path.join(docs, name), 'utf8');
     const words = new Set(page.match(/\w+/g));
-    for (const [verb, { schema }] of schemas) {
-      if (!page.includes(`(schemas/${verb}${suffix})`)) continue;
-      walkSchema(schema, (part, where) => Object.keys(part.properties ?? {}).forEach((member) =>
-        assert.ok(words.has(member), `${name}: ${verb} ${where}/${member}`)));
-    }
+    walkSchema(schema, (part, where) => Object.keys(part.properties ?? {}).forEach((member) =>
+      assert.ok(words.has(member), `${name}: ${verb} ${where}/${member}`)));
   }
 });
 

@@ -6,9 +6,21 @@ import Ajv from 'ajv/dist/2020.js';
 
 import { readJson, root } from './t4d.mjs';
 
-/** The schema FILE of the project, as {schema, check(value, what), accepts(value)}. */
+/** The schema FILE of the project, as checkerOf gives it. */
 export function schemaOf(file) {
-  const schema = readJson(path.join(root, file));
+  return checkerOf(readJson(path.join(root, file)));
+}
+
+/** The schemas of the reports of all verbs below a command, by their words with hyphens between. */
+export function reportSchemas({ verbs }, words = []) {
+  return new Map(verbs.flatMap((verb) => {
+    const all = [...words, verb.name];
+    return [...(verb.report ? [[all.join('-'), checkerOf(verb.report)]] : []), ...reportSchemas(verb, all)];
+  }));
+}
+
+/** A schema as {schema, check(value, what), accepts(value)}. */
+export function checkerOf(schema) {
   const fits = new Ajv({
     strict: true,
     strictTypes: true,
