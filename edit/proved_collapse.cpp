@@ -10,7 +10,7 @@
 #include "edit/cell_shape.h"
 #include "measure/slice_bound.h"
 #include "measure/space_time_tetrahedron.h"
-#include "measure/space_time_tree.h"
+#include "model/box_tree.h"
 
 namespace t4d::edit {
 namespace {
@@ -112,15 +112,15 @@ class NearnessProof {
   }
 
   /// A tree over the cells of a patch that are not in the one now.
-  static measure::SpaceTimeTree gone(const std::vector<PlacedCell>& before,
-                                     const std::vector<PlacedCell>& now) {
+  static model::BoxTree<4> gone(const std::vector<PlacedCell>& before,
+                                const std::vector<PlacedCell>& now) {
     std::vector<Bounds4> bounds;
     for (const PlacedCell& one : before) {
       if (isAmong(now, one)) continue;
       Bounds4& its = bounds.emplace_back();
       for (const auto& corner : one) its.add(model::Point4(corner.data()));
     }
-    return measure::SpaceTimeTree(std::move(bounds));
+    return model::BoxTree<4>(std::move(bounds));
   }
 
   /// The original cells whose proof may need a cell that is no more, both of the patch given and of
@@ -128,8 +128,9 @@ class NearnessProof {
   std::vector<std::uint32_t> originalsToProve(const std::vector<PlacedCell>& now) const {
     const auto ofGiven = gone(given_, now);
     const auto ofLast = gone(last_, now);
-    const auto isNear = [&](const measure::SpaceTimeTree& tree, const Bounds4& bounds) {
-      return tree.anyNear(bounds, maxError_, [](std::uint32_t) { return true; });
+    const auto isNear = [&](const model::BoxTree<4>& tree, const Bounds4& bounds) {
+      return tree.anyOverlapping(model::widened(bounds, maxError_),
+                                 [](std::uint32_t) { return true; });
     };
     std::vector<std::uint32_t> asked;
     for (std::uint32_t i = 0; i < original_.cells.size(); ++i) {
@@ -146,19 +147,18 @@ class NearnessProof {
     std::vector<Bounds4> bounds;
     for (const Cell& cell : patch.cells)
       bounds.push_back(measure::boundsOf(cornersOf(patch.vertices, cell)));
-    const measure::SpaceTimeTree tree(std::move(bounds));
+    const model::BoxTree<4> tree(std::move(bounds));
     for (const std::uint32_t i : lost_) {
       const auto corners = cornersOf(original_.vertices, original_.cells[i]);
       const model::Point4 middle = (corners[0] + corners[1] + corners[2] + corners[3]) / 4;
       const Cell* nearest = nullptr;
       for (double reach = maxError_; nearest == nullptr && std::isfinite(reach); reach *= 2) {
         double least = std::numeric_limits<double>::infinity();
-        tree.anyNear({middle, middle}, reach, [&](std::uint32_t near) {
+        tree.visitOverlapping(model::widened({middle, middle}, reach), [&](std::uint32_t near) {
           const measure::SpaceTimeTetrahedron cell(cornersOf(patch.vertices, patch.cells[near]));
           const double squared = cell.squaredDistance(middle, least);
           if (nearest == nullptr || squared < least) nearest = &patch.cells[near];
           least = std::min(least, squared);
-          return false;
         });
       }
       if (nearest != nullptr) failed.push_back(*nearest);

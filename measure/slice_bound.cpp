@@ -8,7 +8,7 @@
 
 #include "measure/seen_part.h"
 #include "measure/space_time_tetrahedron.h"
-#include "measure/space_time_tree.h"
+#include "model/box_tree.h"
 #include "model/parallel.h"
 #include "t4d/mesh.h"
 
@@ -131,25 +131,23 @@ class SliceBound::Tetrahedra {
     return all_[i].squaredDistance(point, distance * distance) <= distance * distance;
   }
   bool isNearToSome(const Point4& point, double distance) const {
-    return tree_.anyNear({point, point}, distance,
-                         [&](std::uint32_t i) { return isNear(point, i, distance); });
+    return tree_.anyOverlapping(model::widened({point, point}, distance),
+                                [&](std::uint32_t i) { return isNear(point, i, distance); });
   }
   bool areNear(std::uint32_t i, const Bounds4& box, double distance) const {
-    return tree_.isNear(i, box, distance);
+    return model::overlap(tree_[i], model::widened(box, distance));
   }
   /// Finds the tetrahedra whose bounds are near to a box.
   void find(const Bounds4& box, double distance, std::vector<std::uint32_t>& found) const {
     found.clear();
-    tree_.anyNear(box, distance, [&](std::uint32_t i) {
-      found.push_back(i);
-      return false;
-    });
+    tree_.visitOverlapping(model::widened(box, distance),
+                           [&](std::uint32_t i) { found.push_back(i); });
   }
 
  private:
   std::vector<Tetrahedron> all_;
   std::vector<Neighbours> neighbours_;
-  SpaceTimeTree tree_;
+  model::BoxTree<4> tree_;
 };
 
 /// Proves that cells are near; reuses its buffers.

@@ -9,9 +9,9 @@
 #include <limits>
 #include <optional>
 
+#include "model/box_tree.h"
 #include "model/parallel.h"
 #include "model/surface_edges.h"
-#include "voxel4d/box_tree.h"
 #include "voxel4d/convex_pieces.h"
 #include "voxel4d/fixed_point.h"
 
@@ -230,7 +230,7 @@ class Surface {
   std::span<const Triangle> triangles_;
   double tolerance_;
   FixedScale scale_;
-  BoxTree tree_;
+  model::BoxTree<3> tree_;
   std::vector<Point3> normals_;
   std::vector<FixedPoint> fixed_;
 };
@@ -297,7 +297,7 @@ bool hasOverlappingComponents(std::span<const Point3> points, std::span<const Tr
     box.min.array() -= tolerance;
     box.max.array() += tolerance;
   }
-  const BoxTree tree(boxes);
+  const model::BoxTree<3> tree(boxes);
   return std::ranges::any_of(boxes, [&](const Bounds3& box) {
     int overlapped = 0;
     tree.visitOverlapping(box, [&](std::uint32_t) { ++overlapped; });
