@@ -146,6 +146,11 @@ AcceptedBuilder& AcceptedBuilder::slicedAt(const std::vector<double>& times) {
   return *this;
 }
 
+AcceptedBuilder& AcceptedBuilder::slicedBy(const std::vector<slice::Hyperplane>& hyperplanes) {
+  hyperplanes_ = hyperplanes;
+  return *this;
+}
+
 AcceptedBuilder& AcceptedBuilder::encloses(double hypervolume,
                                            std::function<double(double)> sliceVolume) {
   case_.hypervolume = hypervolume;
@@ -187,7 +192,9 @@ AcceptedCase AcceptedBuilder::finish() const {
     Answer answer = *sliceAt(sources, time);
     made.file.slices.push_back({time, std::move(answer.json), std::move(answer.within)});
   }
-  for (const slice::Hyperplane& hyperplane : sectionsOf(made.bodies)) {
+  std::vector<slice::Hyperplane> hyperplanes = sectionsOf(made.bodies);
+  hyperplanes.insert(hyperplanes.end(), hyperplanes_.begin(), hyperplanes_.end());
+  for (const slice::Hyperplane& hyperplane : hyperplanes) {
     Answer answer = *sliceBy(sources, hyperplane);
     made.file.sections.push_back({hyperplane, std::move(answer.json), std::move(answer.within)});
   }

@@ -51,6 +51,8 @@ class AcceptedBuilder {
   /// Features that the file demonstrates, besides those visible in its slabs and options.
   AcceptedBuilder& shows(const std::vector<std::string>& features);
   AcceptedBuilder& slicedAt(const std::vector<double>& times);
+  /// Hyperplanes to slice the bodies by, besides those by which all are sliced.
+  AcceptedBuilder& slicedBy(const std::vector<slice::Hyperplane>& hyperplanes);
   AcceptedBuilder& encloses(double hypervolume,
                             std::function<double(double time)> sliceVolume = {});
   AcceptedBuilder& leftOpenIn(const std::string& heading);
@@ -64,6 +66,7 @@ class AcceptedBuilder {
   std::vector<std::string> named_;
   std::vector<std::string> shown_;
   std::vector<double> times_;
+  std::vector<slice::Hyperplane> hyperplanes_;
 };
 
 /// A list of files being built, all of one validity: Valid or Either.

@@ -301,6 +301,37 @@ void addCellFaults(InvalidCases& cases) {
       "CONN 0/cells/codec");
 }
 
+/// Faults that a reader misses which looks only at what it reads, or only at checksums.
+void addFaultsElsewhere(InvalidCases& cases) {
+  cases.add(
+      "S8-gap-over-layer-of-another-slab",
+      "The slab above a layer begins later than the one below ends; a slice reads the one below.",
+      layered(), [](Image& image) { image.set("SLAB 1/begin", 0.125); }, "SLAB 1/begin");
+  cases.refusedAt(-0.5);
+
+  const std::string name = "the name of a body whose copy has the same checksum";
+  const std::string other = "tHe nAme of A boDY whosE cOpY has thE sAme CheCksum";
+  cases.add(
+      "I1-name-of-the-same-checksum",
+      "The copy of HEAD has another name, but the checksum of HEAD.", baseOf({{name, simplex()}}),
+      [&](Image& image) { image.setBytes("INDX/head/stored", headJson({}, {other})); },
+      "INDX/head/stored");
+
+  Base posed = withPoses();
+  Image::Chunk note = noteChunk(0);
+  note.payload = Record();
+  note.payload.putBytes("LAYR", posed.image.bytes().substr(posed.image.offset("LAYR 1/header"),
+                                                           32 + posed.image.size("LAYR 1")));
+  posed.image.add(note, "POSE 1");
+  cases.add(
+      "K2-within-an-optional-chunk",
+      "layer is the distance to what is a LAYR, whole, within an optional chunk.", posed,
+      [](Image& image) {
+        image.set("POSE 1/layer", image.offset("POSE 1/header") - image.offset("note/LAYR"));
+      },
+      "POSE 1/layer");
+}
+
 }  // namespace
 
 void addLimitFaults(InvalidCases& cases) {
@@ -313,6 +344,7 @@ void addLimitFaults(InvalidCases& cases) {
   addCopiedPose(cases);
   addNumbersBeyond(cases);
   addExpansion(cases);
+  addFaultsElsewhere(cases);
 }
 
 }  // namespace t4d::conformance

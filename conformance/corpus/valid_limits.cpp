@@ -181,34 +181,69 @@ void addManyPrisms(AcceptedCases& cases) {
       .encloses(195 + 5.0 / 24, [](double t) { return 195 + 5 * (1 - t) * (1 - t) * (1 - t) / 6; });
 }
 
-/// 4,096 cross-polytopes of 16 cells are one block of cells, to the last row.
-void addFullBlock(AcceptedCases& cases) {
-  const std::vector<Slab> halves = crossPolytope();
+/// Solids side by side in one slab from -1 to 1: simplices of five cells, then cross-polytopes of 16.
+Slab manySolids(std::uint32_t simplices, std::uint32_t crosses) {
   auto connectivity = std::make_shared<model::Connectivity>();
   Slab slab;
   slab.timeBegin = -1;
   slab.timeEnd = 1;
-  for (std::uint32_t i = 0; i < 4096; ++i) {
-    const std::uint32_t first = 8 * i;
-    for (std::uint32_t half = 0; half < 2; ++half) {
-      for (model::Cell cell : halves[half].connectivity->cells) {
-        for (std::uint32_t& vertex : cell) vertex += first + half;
-        connectivity->cells.push_back(cell);
-      }
+  const auto addCells = [&](const Slab& of, std::size_t first) {
+    for (model::Cell cell : of.connectivity->cells) {
+      for (std::uint32_t& vertex : cell) vertex += static_cast<std::uint32_t>(first);
+      connectivity->cells.push_back(cell);
     }
+  };
+  const Slab one = simplex()[0];
+  for (std::uint32_t i = 0; i < simplices; ++i) {
+    addCells(one, slab.vertices.size());
+    slab.vertices.insert(slab.vertices.end(), one.vertices.begin(), one.vertices.end());
+  }
+  const std::vector<Slab> halves = crossPolytope();
+  for (std::uint32_t i = 0; i < crosses; ++i) {
+    addCells(halves[0], slab.vertices.size());
+    addCells(halves[1], slab.vertices.size() + 1);
     slab.vertices.insert(slab.vertices.end(), halves[0].vertices.begin(), halves[0].vertices.end());
     slab.vertices.push_back(halves[1].vertices.back());
   }
   connectivity->vertexCount = static_cast<std::uint32_t>(slab.vertices.size());
   slab.connectivity = connectivity;
-  cases.add("block-of-65536-cells", "65,536 cells are one block, which has no range and no bounds.")
-      .of({{"crosses", {slab}}}, {.storage = Storage::Repeats})
-      .shows({"large"})
+  return slab;
+}
+
+/// Cells that fill a block to the last row, and one more.
+void addFullBlocks(AcceptedCases& cases) {
+  const auto add = [&](const std::string& name, const std::string& what, std::uint32_t simplices,
+                       std::uint32_t crosses) {
+    cases.add(name, what)
+        .of({{"crosses", {manySolids(simplices, crosses)}}}, {.storage = Storage::Repeats})
+        .shows({"large"})
+        .slicedAt({0.5})
+        .encloses(simplices / 24.0 + crosses * 2.0 / 3, [=](double t) {
+          const double left = 1 - std::abs(t);
+          return (simplices / 6.0 + crosses * 4.0 / 3) * left * left * left;
+        });
+  };
+  add("block-of-65536-cells", "65,536 cells are one block, which has no range and no bounds.", 0,
+      4096);
+  add("block-and-one-cell", "65,537 cells are two blocks, the second of one cell.", 13101, 2);
+}
+
+/// A simplex that is cut by hyperplanes whose normals, shorter than 1 and longer, point either way.
+void addNormals(AcceptedCases& cases) {
+  std::vector<slice::Hyperplane> hyperplanes;
+  const std::vector<Slab> slabs = simplex(2, {-0.5, -0.5, -0.5, -0.5});
+  for (const Eigen::Vector4d& normal :
+       {Eigen::Vector4d(1, 0.5, -0.75, 0.25), Eigen::Vector4d(-0.25, 1, 0.5, 0.75),
+        Eigen::Vector4d(0.5, -0.25, 0.75, 1), Eigen::Vector4d(0.75, -0.5, 1, -0.25)}) {
+    for (const double length : {0.25, -0.25, 1.0 / 1024, -1.0 / 1024, 1024.0, -1024.0}) {
+      hyperplanes.push_back({length * normal, 0.125 * length});
+    }
+  }
+  cases.add("normals-of-any-length", "Slices by normals that are shorter than 1, and longer.")
+      .of({{"simplex", slabs}})
       .slicedAt({0.5})
-      .encloses(4096 * 2.0 / 3, [](double t) {
-        const double left = 1 - std::abs(t);
-        return 4096 * 4.0 / 3 * left * left * left;
-      });
+      .slicedBy(hyperplanes)
+      .encloses(16.0 / 24, [](double t) { return std::pow(1.5 - t, 3) / 6; });
 }
 
 void addParents(AcceptedCases& cases) {
@@ -243,7 +278,8 @@ void addLimits(AcceptedCases& cases) {
   addTypes(cases);
   addNumbersOfRepeats(cases);
   addManyPrisms(cases);
-  addFullBlock(cases);
+  addFullBlocks(cases);
+  addNormals(cases);
   addParents(cases);
   addLargestHead(cases);
 }
