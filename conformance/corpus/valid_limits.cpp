@@ -181,7 +181,8 @@ void addManyPrisms(AcceptedCases& cases) {
       .encloses(195 + 5.0 / 24, [](double t) { return 195 + 5 * (1 - t) * (1 - t) * (1 - t) / 6; });
 }
 
-/// Solids side by side in one slab from -1 to 1: simplices of five cells, then cross-polytopes of 16.
+/// Solids side by side in one slab from -1 to 1: simplices of five cells, then cross-polytopes
+/// of 16.
 Slab manySolids(std::uint32_t simplices, std::uint32_t crosses) {
   auto connectivity = std::make_shared<model::Connectivity>();
   Slab slab;
