@@ -25,16 +25,29 @@ constexpr std::array kSpaces = {"RAS", "LPS"};
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
+/// The depth of the brackets outside of strings.
+int nestingOf(std::string_view text) {
+  int depth = 0;
+  int most = 0;
+  bool inString = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '"') inString = !inString;
+    if (inString) {
+      if (c == '\\') ++i;
+    } else if (c == '{' || c == '[') {
+      most = std::max(most, ++depth);
+    } else if (c == '}' || c == ']') {
+      --depth;
+    }
+  }
+  return most;
+}
+
 /// Parses a JSON object and limits its nesting: code that handles JSON recurses, here and
-/// elsewhere, and could overflow the stack.
+/// elsewhere, and could overflow the stack. The parser itself could look at the nesting, but takes
+/// time with the square of the number of objects then.
 Result<Json> parseObject(const std::string& text) {
-  bool tooDeep = false;
-  const Json::parser_callback_t check = [&](int depth, Json::parse_event_t event, Json&) {
-    const bool opens =
-        event == Json::parse_event_t::object_start || event == Json::parse_event_t::array_start;
-    if (opens && depth >= t4d_layout::kMaxJsonDepth) tooDeep = true;
-    return !tooDeep;
-  };
   const auto wrongAt = [](std::size_t byte) {
     Error error{ErrorCode::InvalidInput,
                 fmt::format("is not a JSON object: byte {} of it is wrong", byte),
@@ -44,9 +57,10 @@ Result<Json> parseObject(const std::string& text) {
   };
   // The parser would treat a zero byte as the end of the text.
   if (const auto zero = text.find('\0'); zero != std::string::npos) return wrongAt(zero);
+  const bool tooDeep = nestingOf(text) > t4d_layout::kMaxJsonDepth;
   Json json;
   try {
-    json = Json::parse(text, check);
+    if (!tooDeep) json = Json::parse(text);
   } catch (const Json::parse_error& error) {
     return wrongAt(error.byte > 0 ? error.byte - 1 : 0);
   } catch (const Json::exception&) {

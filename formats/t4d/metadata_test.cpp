@@ -121,6 +121,15 @@ TEST(Metadata, StandsJsonMadeToFillTheStackOrTheDay) {
   std::string wide = R"({"features":[],"bodies":[{"name":"b"}],"details":{)";
   for (int i = 0; i < 200'000; ++i) wide += "\"k" + std::to_string(i) + "\":0,";
   EXPECT_EQ(faultOfHead(wide + "\"last\":0}}"), "");
+  std::string many = R"({"features":[],"bodies":[{"name":"b"}],"details":{"a":[)";
+  for (int i = 0; i < 2'000'000; ++i) many += "{},";
+  EXPECT_EQ(faultOfHead(many + "{}]}}"), "");
+}
+
+TEST(Metadata, CountsNoBracketsInStrings) {
+  std::string name;
+  for (int i = 0; i < 80; ++i) name += R"([{\")";
+  EXPECT_EQ(faultOfHead(R"({"features":[],"bodies":[{"name":")" + name + R"("}]})"), "");
 }
 
 TEST(Metadata, RefusesDetailsThatAreNoObject) {
