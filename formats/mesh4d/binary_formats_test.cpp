@@ -1,7 +1,10 @@
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstring>
+#include <fstream>
 #include <map>
+#include <numbers>
 #include <utility>
 
 #include <fmt/format.h>
@@ -9,6 +12,7 @@
 #include <gmock/gmock.h>
 #include <lz4.h>
 #include <lzma.h>
+#include <nlohmann/json.hpp>
 #include <zstd.h>
 
 #include "formats/mesh4d/test_mesh4d.h"
@@ -777,6 +781,80 @@ TEST(G4mf, IsReadFromFilesBesideItAndFromZstd) {
                                "BLOBZstd" + bytesOf(std::uint64_t{packed.size()}) + packed);
   EXPECT_DOUBLE_EQ(hypervolumeOf(loaded.bodies), kSimplexHypervolume);
   EXPECT_EQ(loaded.dialect, "binary, draft");
+}
+
+/// A simplex whose vertices are numbers of this type, of so many bytes; the last vertex is (0, 0,
+/// 0, `height`) instead of (0, 0, 0, 1).
+std::string simplexOf(const std::string& type, const std::string& one, const std::string& height) {
+  const std::size_t size = one.size();
+  std::string data;
+  for (int vertex = 0; vertex < 5; ++vertex) {
+    for (int i = 0; i < 4; ++i) {
+      data += vertex != i + 1 ? std::string(size, '\0') : i == 3 ? height : one;
+    }
+  }
+  data += simplexData().substr(80);
+  return fmt::format(
+      R"({{"asset":{{"dimension":4}},"buffers":[{{"byteLength":{},"uri":{}}}],)"
+      R"("bufferViews":[{{"byteLength":{}}},{{"byteLength":20,"byteOffset":{}}}],"accessors":[)"
+      R"({{"bufferView":0,"componentType":"{}","vectorSize":4}},)"
+      R"({{"bufferView":1,"componentType":"uint8","vectorSize":4}}],"meshes":{}}})",
+      data.size(), dataUri(data), 20 * size, 20 * size, type, kMeshes);
+}
+
+TEST(G4mf, NumbersOfEveryTypeAreRead) {
+  const auto heightOf = [](const std::string& type, const std::string& one,
+                           const std::string& height) {
+    return 24 * hypervolumeOf(read4dBytes("a.g4tf", simplexOf(type, one, height)).bodies);
+  };
+  // Floating-point numbers by their bits: 1, the least and the largest number, and another.
+  const std::string one8 = "\x38";
+  EXPECT_EQ(heightOf("float8", one8, std::string("\x01")), std::ldexp(1, -9));
+  EXPECT_EQ(heightOf("float8", one8, "\x77"), 240);
+  EXPECT_EQ(heightOf("float8", one8, "\x3D"), 1.625);
+  const std::string one16 = bytesOf(std::uint16_t{0x3C00});
+  EXPECT_EQ(heightOf("float16", one16, bytesOf(std::uint16_t{1})), std::ldexp(1, -24));
+  EXPECT_EQ(heightOf("float16", one16, bytesOf(std::uint16_t{0x7BFF})), 65504);
+  EXPECT_EQ(heightOf("float16", one16, bytesOf(std::uint16_t{0x3555})), 0.333251953125);
+  const auto wide = [](std::uint64_t high, std::uint64_t low) {
+    return bytesOf(low) + bytesOf(high);
+  };
+  const std::string one128 = wide(0x3FFF'0000'0000'0000, 0);
+  EXPECT_DOUBLE_EQ(heightOf("float128", one128, wide(0x4000'921F'B544'42D1, 0x8469'898C'C517'01B8)),
+                   std::numbers::pi);
+  EXPECT_EQ(heightOf("float128", one128, wide(0x407F'0000'0000'0000, 0)), std::ldexp(1, 128));
+  EXPECT_EQ(heightOf("uint128", wide(0, 1), wide(1, 0)), std::ldexp(1, 64));
+  EXPECT_EQ(heightOf("int128", wide(0, 1), wide(~std::uint64_t{0}, 0)), -std::ldexp(1, 64));
+  EXPECT_EQ(heightOf("uint16", bytesOf(std::uint16_t{1}), bytesOf(std::uint16_t{65535})), 65535);
+  EXPECT_EQ(heightOf("int64", bytesOf(std::int64_t{1}), bytesOf(std::int64_t{-3})), -3);
+  for (const char* infinite : {"\x78", "\x79"}) {  // infinity, and no number
+    EXPECT_THAT(error4dOf("a.g4tf", simplexOf("float8", one8, infinite)),
+                testing::HasSubstr("finite"));
+  }
+  EXPECT_THAT(error4dOf("a.g4tf", simplexOf("float4", one8, one8)),
+              testing::HasSubstr("has numbers of type 'float4'; expected one of float64, float32"));
+}
+
+TEST(G4mf, NamesAreUniqueAndAsTheFormatAllowsThem) {
+  std::vector<Mesh4d> bodies;
+  for (const char* name : {"a", "a/b", "a_b", "", "t = 0.5", "\xC2\x85\xC3\xA9", "a_b 2"}) {
+    bodies.push_back(smallBodies()[0]);
+    bodies.back().name = name;
+  }
+  const auto path = written4d(*mesh4dFormat("g4tf"), bodies);
+  std::vector<std::string> names;
+  const auto document = nlohmann::json::parse(std::ifstream(path));
+  for (const auto& node : document["nodes"]) {
+    names.push_back(node.value("name", ""));
+  }
+  EXPECT_THAT(names,
+              testing::ElementsAre("", "a", "a_b", "a_b 2", "", "t = 0_5", "_\xC3\xA9", "a_b 2 2"));
+  const auto loaded = read4d(path);
+  ASSERT_TRUE(loaded);
+  ASSERT_EQ(loaded->bodies.size(), bodies.size());
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    EXPECT_EQ(loaded->bodies[i].name, bodies[i].name);
+  }
 }
 
 TEST(G4mf, SaysWhatIsWrong) {

@@ -1,9 +1,12 @@
 #include "formats/mesh4d/g4mf_file.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <limits>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <zstd.h>
 
 #include "formats/text/base64.h"
@@ -23,11 +26,39 @@ constexpr std::uint64_t kMostZstdRatio = 32768;
 
 constexpr std::string_view kDataUri = "data:application/octet-stream;base64,";
 
+__extension__ using Int128 = __int128;
+__extension__ using UInt128 = unsigned __int128;
+
 template <class Stored>
+double numberOf(Stored stored) {
+  return static_cast<double>(stored);
+}
+
+/// A floating-point number in the form of IEEE 754: a sign, so many bits of the exponent, and the
+/// fraction in the other bits. Rounded to the nearest of binary64.
+template <class Bits, int kExponentBits>
+double floatingOf(Bits bits) {
+  constexpr int kFractionBits = 8 * int{sizeof(Bits)} - 1 - kExponentBits;
+  constexpr int kLargest = (1 << kExponentBits) - 1;
+  constexpr Bits kHidden = Bits(Bits{1} << kFractionBits);
+  const auto fraction = Bits(bits & Bits(kHidden - 1));
+  const int exponent = static_cast<int>(bits >> kFractionBits) & kLargest;
+  double magnitude = fraction == 0 ? std::numeric_limits<double>::infinity()
+                                   : std::numeric_limits<double>::quiet_NaN();
+  if (exponent < kLargest) {
+    const Bits whole = exponent == 0 ? fraction : Bits(fraction | kHidden);
+    magnitude = std::ldexp(static_cast<double>(whole),
+                           std::max(exponent, 1) - kLargest / 2 - kFractionBits);
+  }
+  const bool isNegative = (bits >> (kFractionBits + kExponentBits)) != 0;
+  return isNegative ? -magnitude : magnitude;
+}
+
+template <class Stored, double (*kNumberOf)(Stored) = numberOf<Stored>>
 std::vector<double> converted(std::string_view bytes) {
   std::vector<double> numbers(bytes.size() / sizeof(Stored));
   for (std::size_t i = 0; i < numbers.size(); ++i) {
-    numbers[i] = static_cast<double>(loadNumber<Stored>(bytes.data() + i * sizeof(Stored)));
+    numbers[i] = kNumberOf(loadNumber<Stored>(bytes.data() + i * sizeof(Stored)));
   }
   return numbers;
 }
@@ -39,11 +70,21 @@ struct Primitive {
 };
 
 constexpr Primitive kPrimitives[] = {
-    {"float64", 8, converted<double>},       {"float32", 4, converted<float>},
-    {"uint8", 1, converted<std::uint8_t>},   {"int8", 1, converted<std::int8_t>},
-    {"uint16", 2, converted<std::uint16_t>}, {"int16", 2, converted<std::int16_t>},
-    {"uint32", 4, converted<std::uint32_t>}, {"int32", 4, converted<std::int32_t>},
-    {"uint64", 8, converted<std::uint64_t>}, {"int64", 8, converted<std::int64_t>},
+    {"float64", 8, converted<double>},
+    {"float32", 4, converted<float>},
+    {"uint8", 1, converted<std::uint8_t>},
+    {"int8", 1, converted<std::int8_t>},
+    {"uint16", 2, converted<std::uint16_t>},
+    {"int16", 2, converted<std::int16_t>},
+    {"uint32", 4, converted<std::uint32_t>},
+    {"int32", 4, converted<std::int32_t>},
+    {"uint64", 8, converted<std::uint64_t>},
+    {"int64", 8, converted<std::int64_t>},
+    {"uint128", 16, converted<UInt128>},
+    {"int128", 16, converted<Int128>},
+    {"float8", 1, converted<std::uint8_t, floatingOf<std::uint8_t, 4>>},
+    {"float16", 2, converted<std::uint16_t, floatingOf<std::uint16_t, 5>>},
+    {"float128", 16, converted<UInt128, floatingOf<UInt128, 15>>},
 };
 
 /// A whole number from 0 on, or `otherwise` if there is none; nothing if it is something else.
@@ -285,8 +326,12 @@ Result<std::vector<double>> G4mfFile::accessor(std::uint64_t number, std::uint64
   }
   const auto primitive = std::ranges::find(kPrimitives, type, &Primitive::name);
   if (primitive == std::end(kPrimitives)) {
+    std::vector<std::string_view> names;
+    for (const Primitive& known : kPrimitives) names.push_back(known.name);
     return fail(ErrorCode::Unsupported,
-                fmt::format("{} has numbers of type {}", which, inQuotes(type)), path_.string());
+                fmt::format("{} has numbers of type {}; expected one of {}", which, inQuotes(type),
+                            fmt::join(names, ", ")),
+                path_.string());
   }
   if (const auto size = wholeNumber(accessor, "vectorSize", 1); size != vectorSize) {
     return wrong(fmt::format("{} has a 'vectorSize' of {}, expected {}", which,

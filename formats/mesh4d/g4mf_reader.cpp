@@ -207,7 +207,12 @@ class G4mfReader {
       const json& amounts = isInstance && instance->contains("blendAmounts")
                                 ? (*instance)["blendAmounts"]
                                 : amountsOf(**mesh);
-      if (auto done = readMesh(**mesh, *placement, textOf(node, "name"), amounts); !done) {
+      // Our own files have names there that the format forbids.
+      const auto extras = node.find("extras");
+      const bool hasOther =
+          extras != node.end() && extras->is_object() && extras->contains("t4d_name");
+      const std::string name = hasOther ? textOf(*extras, "t4d_name") : textOf(node, "name");
+      if (auto done = readMesh(**mesh, *placement, name, amounts); !done) {
         return done;
       }
     }

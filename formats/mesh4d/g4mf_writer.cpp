@@ -2,7 +2,9 @@
 
 #include <bit>
 #include <cstring>
+#include <set>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "formats/output_file.h"
@@ -20,12 +22,35 @@ constexpr std::uint64_t kG4mfCellBytes = 16;
 // Numbers are written as they are in memory.
 static_assert(std::endian::native == std::endian::little);
 
-/// All vertices come first in the buffer, then all cells.
+/// A name as the format allows it: without some characters, and of no other node.
+std::string nodeName(const std::string& name, std::set<std::string>& taken) {
+  static constexpr std::string_view kForbidden = "\"#*.:|?@<>{}[]/\\%";
+  std::string made;
+  for (std::size_t i = 0; i < name.size(); ++i) {
+    // U+0080 to U+009F are control characters, too: C2 80 to C2 9F.
+    const auto byte = static_cast<unsigned char>(name[i]);
+    const bool isC1 =
+        byte == 0xC2 && i + 1 < name.size() && static_cast<unsigned char>(name[i + 1]) < 0xA0;
+    if (isC1) ++i;
+    const bool isAllowed =
+        byte >= 0x20 && byte != 0x7F && kForbidden.find(name[i]) == std::string_view::npos;
+    made += isC1 || !isAllowed ? '_' : name[i];
+  }
+  std::string unique = made;
+  for (int number = 2; !made.empty() && !taken.insert(unique).second; ++number) {
+    unique = fmt::format("{} {}", made, number);
+  }
+  return unique;
+}
+
+/// All vertices come first in the buffer, then all cells. The name of a body is that of its node;
+/// one that the format forbids is kept as it is in the extras of the node.
 ordered_json documentOf(const FlatBodies& mesh) {
   ordered_json document;
   document["asset"] = {{"dimension", 4}, {"generator", "t4d"}};
   ordered_json children = ordered_json::array();
-  document["nodes"] = {{{"name", "root"}}};
+  document["nodes"] = {ordered_json::object()};
+  std::set<std::string> taken;
   std::uint64_t vertices = 0;
   std::uint64_t cells = kG4mfVertexBytes * mesh.vertexCount();
   int index = 0;
@@ -40,10 +65,11 @@ ordered_json documentOf(const FlatBodies& mesh) {
                                        {"vectorSize", 4}});
       *offset += count * bytes;
     }
-    document["meshes"].push_back({{"name", body.name},
-                                  {"vertices", 2 * index},
-                                  {"surfaces", {{{"simplexes", 2 * index + 1}}}}});
-    document["nodes"].push_back({{"name", body.name}, {"meshInstance", {{"mesh", index}}}});
+    document["meshes"].push_back(
+        {{"vertices", 2 * index}, {"surfaces", {{{"simplexes", 2 * index + 1}}}}});
+    ordered_json node = {{"name", nodeName(body.name, taken)}, {"meshInstance", {{"mesh", index}}}};
+    if (node["name"] != body.name) node["extras"] = {{"t4d_name", body.name}};
+    document["nodes"].push_back(node);
     children.push_back(++index);
   }
   document["nodes"][0]["children"] = children;
