@@ -301,6 +301,58 @@ void addCellFaults(InvalidCases& cases) {
       "CONN 0/cells/codec");
 }
 
+/// Faults of arrays whose numbers may be any, so that nothing else is wrong with them: attributes.
+void addAttributeNumbers(InvalidCases& cases) {
+  const auto withFrame = [](const std::string& distances, const std::string& others,
+                            std::uint8_t codec) {
+    Base base = baseOf({{"simplex", simplex()}}, {.storage = Storage::Library});
+    Record& payload = base.image.chunk("SLAB 0").payload;
+    Attribute attribute{"a", Domain::Cell, ScalarType::UInt32, 1, {}};
+    attribute.values.resize(20);
+    payload.add("attribute 0", attributeRecord(attribute, Storage::Library));
+    payload.replace("attribute 0/values",
+                    arrayRecord(5, 1, codec, 5, {zstdFrame(distances + transposed(others, 4))}));
+    base.image.set("SLAB 0/attributes", 1U);
+    return base;
+  };
+  const Base repeated = withFrame("\0\1\1\1\1"s, bytesOf(2U), 2);
+  const Base whole = withFrame(std::string(20, '\2'), "", 1);
+  const auto wrong = [&](const std::string& name, const std::string& fault, const Base& base,
+                         const Base& with, const std::string& field) {
+    cases.add(
+        name, fault, base, [&](Image& image) { image = with.image; },
+        "SLAB 0/attribute 0/values/" + field);
+  };
+  wrong("A14-first-of-an-attribute", "The first number of an attribute repeats the one before it.",
+        repeated, withFrame("\1\0\1\1\1"s, bytesOf(2U), 2), "stored");
+  wrong("A15-number-missing-of-an-attribute", "A number that is not repeated is missing.", repeated,
+        withFrame("\0\1\1\1\0"s, bytesOf(2U), 2), "stored");
+  wrong("A15-number-too-many-of-an-attribute", "There is one number more than distances of 0.",
+        repeated, withFrame("\0\1\1\1\1"s, bytesOf(2U) + bytesOf(2U), 2), "stored");
+  wrong("A3-codec-3-of-repeats", "An array of codec 2 has codec 3.", repeated,
+        withFrame("\0\1\1\1\1"s, bytesOf(2U), 3), "codec");
+  wrong("A3-codec-3-of-a-frame", "An array of codec 1 has codec 3.", whole,
+        withFrame(std::string(20, '\2'), "", 3), "codec");
+
+  Slab nothing;
+  auto connectivity = std::make_shared<model::Connectivity>();
+  connectivity->cellAttributes = {{"a", Domain::Cell, ScalarType::UInt8, 1, {}}};
+  nothing.connectivity = connectivity;
+  nothing.timeEnd = 1;
+  const Base empty = baseOf({{"nothing", {nothing}}});
+  const auto set = [&](const std::string& name, const std::string& fault, const std::string& field,
+                       std::uint8_t value) {
+    const std::string place = "CONN 0/attribute 0/values/" + field;
+    cases.add(
+        name, fault, empty, [&](Image& image) { image.set(place, value); }, place);
+  };
+  set("A1-of-no-rows", "An array of no rows has the scalar type 11.", "scalar type", 11);
+  set("A2-of-no-rows", "An array of no rows has no components.", "components", 0);
+  cases.add(
+      "K4-one-byte-after", "A byte follows the matrix.", withPoses(),
+      [](Image& image) { image.chunk("POSE 0").payload.putBytes("extra", "\0"s); }, "POSE 0/extra");
+}
+
 /// Faults that a reader misses which looks only at what it reads, or only at checksums.
 void addFaultsElsewhere(InvalidCases& cases) {
   cases.add(
@@ -345,6 +397,7 @@ void addLimitFaults(InvalidCases& cases) {
   addNumbersBeyond(cases);
   addExpansion(cases);
   addFaultsElsewhere(cases);
+  addAttributeNumbers(cases);
 }
 
 }  // namespace t4d::conformance
