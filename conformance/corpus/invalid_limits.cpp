@@ -1,3 +1,5 @@
+#include <span>
+
 #include <fmt/format.h>
 
 #include "conformance/corpus/far_back.h"
@@ -301,6 +303,75 @@ void addCellFaults(InvalidCases& cases) {
       "CONN 0/cells/codec");
 }
 
+/// Faults of slabs of several blocks of cells, of which a reader may read as many as it needs.
+void addFaultsOfManyCells(InvalidCases& cases) {
+  const std::vector<BodySlabs> bodies = {{"simplices", {manySimplices()}}};
+  const ImageOptions options = {.storage = Storage::Repeats};
+  const Base two = baseOf(bodies, options);
+  const auto with = [&](const std::string& name, const std::string& fault, const std::string& place,
+                        const std::function<void(Slab&)>& change) {
+    std::vector<BodySlabs> wrong = bodies;
+    change(wrong[0].slabs[0]);
+    cases.add(
+        name, fault, two, [&](Image& image) { image = Image::of(wrong, options); }, place);
+  };
+  const auto setCell = [](Slab& slab, std::size_t number, const model::Cell& cell) {
+    auto connectivity = std::make_shared<model::Connectivity>(*slab.connectivity);
+    connectivity->cells[number] = cell;
+    slab.connectivity = connectivity;
+  };
+  with("N5-in-the-second-block", "The last of 65,540 cells has a vertex twice.",
+       "CONN 0/cells/stored 1", [&](Slab& slab) {
+         model::Cell cell = slab.connectivity->cells.back();
+         cell[1] = cell[0];
+         setCell(slab, slab.connectivity->cells.size() - 1, cell);
+       });
+  with("P2-of-65540-vertices", "A coordinate of the last of 65,540 vertices is infinite.",
+       "SLAB 0/interior positions/stored 1",
+       [](Slab& slab) { slab.vertices.back().x() = kInfinity; });
+  with("P4-of-65540-vertices", "The last of 65,540 vertices comes after the slab.",
+       "SLAB 0/interior times/stored 1", [](Slab& slab) { slab.vertices.back()[3] = 1.5; });
+  cases.add(
+      "P1-of-65540-vertices", "The interior has one vertex less than the connectivity.", two,
+      [&](Image& image) {
+        const std::vector<model::Point4>& vertices = bodies[0].slabs[0].vertices;
+        const Record record =
+            slabRecord({0, 1}, 0, {}, std::span(vertices).first(vertices.size() - 1), {}, {},
+                       Storage::Library);
+        for (const char* array : {"interior positions", "interior times"}) {
+          image.chunk("SLAB 0").payload.replace(array, record.part(array));
+        }
+      },
+      "SLAB 0/interior positions/rows");
+  cases.add(
+      "I5-of-65540-cells", "The index says that a slab of 65,540 cells has 65,539.", two,
+      [](Image& image) {
+        image.freeze("INDX");
+        image.chunk("INDX").payload.replace(
+            "cells",
+            arrayRecord(ScalarType::UInt64, 1, bytesOf(std::uint64_t{65539}), Storage::Raw));
+      },
+      "INDX/cells/stored");
+  cases.refusedAt(0.5);
+  cases.add(
+      "C10-checksum-in-the-second-block", "The checksum of the second block of cells is wrong.",
+      two, [](Image& image) { image.flip("CONN 0/cells/stored 1 checksum"); },
+      "CONN 0/cells/stored 1 checksum");
+  const Base layered = baseOf({{"crosses", manyCrosses()}}, options);
+  const auto after = [&](const std::string& name, const std::string& chunk) {
+    cases.add(
+        name, "Eight bytes follow the last field, of a slab of 65,600 cells.", layered,
+        [&](Image& image) { image.chunk(chunk).payload.putBytes("extra", std::string(8, '\0')); },
+        chunk + "/extra");
+  };
+  after("N11-bytes-after-of-65600-cells", "CONN 1");
+  after("L4-bytes-after-of-65600-cells", "LAYR 0");
+  after("S9-bytes-after-of-65600-cells", "SLAB 1");
+  cases.add(
+      "P3-of-65600-cells", "The layer of a slab of 65,600 cells is at another time.", layered,
+      [](Image& image) { image.set("LAYR 0/time", 0.25); }, "LAYR 0/time");
+}
+
 /// Faults of arrays whose numbers may be any, so that nothing else is wrong with them: attributes.
 void addAttributeNumbers(InvalidCases& cases) {
   const auto withFrame = [](const std::string& distances, const std::string& others,
@@ -369,6 +440,16 @@ void addFaultsElsewhere(InvalidCases& cases) {
       [&](Image& image) { image.setBytes("INDX/head/stored", headJson({}, {other})); },
       "INDX/head/stored");
 
+  cases.add(
+      "O2-second-head-no-index", "A second HEAD is in the middle of a file without index.",
+      unindexed(),
+      [](Image& image) {
+        Image::Chunk head = image.chunk("HEAD");
+        head.name = "HEAD again";
+        image.add(head, "SLAB 0");
+      },
+      "HEAD again/header");
+
   Base posed = withPoses();
   Image::Chunk note = noteChunk(0);
   note.payload = Record();
@@ -398,6 +479,7 @@ void addLimitFaults(InvalidCases& cases) {
   addExpansion(cases);
   addFaultsElsewhere(cases);
   addAttributeNumbers(cases);
+  addFaultsOfManyCells(cases);
 }
 
 }  // namespace t4d::conformance

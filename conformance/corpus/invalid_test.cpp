@@ -171,7 +171,7 @@ const std::map<std::string, std::string>& messages() {
       {"N2", "the ranges of vertices of its blocks|shorter than its fixed part|CONN: "},
       {"N3", "where 4 of type 5 are expected"},
       {"N4", "cell [0-4] has the vertex [0-9]+, of 5"},
-      {"N5", "cell [0-4] has the vertex [0-4] twice"},
+      {"N5", "cell [0-9]+ has the vertex [0-9]+ twice"},
       {"N6", "where 1 of type 5 are expected|2 means but the sizes of [13]"},
       {"N7", "mean 1 is the mean of no vertex"},
       {"N8", "its means have"},
@@ -224,9 +224,9 @@ const std::map<std::string, std::string>& messages() {
       {"I8",
        "INDX: .*(follow its last field|is truncated|shorter than its fixed part|belong to none)"},
       {"P1", "its connectivity has"},
-      {"P2", "vertex [0-9] is \\(.*(nan|inf)"},
-      {"P3", "vertex [0-9] of the (lower|upper) layer is at time"},
-      {"P4", "vertex [0-9] is at time .*, outside"},
+      {"P2", "vertex [0-9]+ is \\(.*(nan|inf)"},
+      {"P3", "vertex [0-9]+ of the (lower|upper) layer is at time"},
+      {"P4", "vertex [0-9]+ is at time .*, outside"},
       {"P5", "some of its vertices have the attributes|stores none of its own"},
   };
   return all;

@@ -79,6 +79,31 @@ std::vector<Slab> crossPolytope() {
   return {half(-1), half(1)};
 }
 
+std::vector<Slab> manyCrosses() {
+  constexpr std::uint32_t kCount = 8200;
+  std::vector<Slab> slabs = crossPolytope();
+  for (Slab& slab : slabs) {
+    const Slab one = slab;
+    auto connectivity = std::make_shared<Connectivity>();
+    connectivity->vertexCount = 7 * kCount;
+    connectivity->lowerCount = kCount * one.connectivity->lowerCount;
+    connectivity->upperCount = kCount * one.connectivity->upperCount;
+    // Each vertex of the half is kCount vertices here.
+    for (std::uint32_t i = 0; i < kCount; ++i) {
+      for (model::Cell cell : one.connectivity->cells) {
+        for (std::uint32_t& vertex : cell) vertex = kCount * vertex + i;
+        connectivity->cells.push_back(cell);
+      }
+    }
+    slab.connectivity = connectivity;
+    slab.vertices.clear();
+    for (const model::Point4& vertex : one.vertices) {
+      slab.vertices.insert(slab.vertices.end(), kCount, vertex);
+    }
+  }
+  return slabs;
+}
+
 Solid cornerTetrahedron() { return {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 1, 2, 3}}}; }
 
 Solid cube(double side) {

@@ -18,6 +18,10 @@ std::vector<model::Slab> simplex(double size = 1, const model::Point4& origin = 
 /// more than fit into one block.
 model::Slab manySimplices();
 
+/// 8,200 cross-polytopes at the same position, without shared vertices, in two slabs of 65,600
+/// cells that share a layer. Encloses 8,200 times what crossPolytope does.
+std::vector<model::Slab> manyCrosses();
+
 /// The boundary of the cross-polytope with corners at +-1 on each axis, as two slabs that share a
 /// layer of 6 vertices at t = 0. Encloses 2/3; a slice at t encloses 4/3 (1 - |t|)^3.
 std::vector<model::Slab> crossPolytope();

@@ -229,6 +229,15 @@ void addFullBlocks(AcceptedCases& cases) {
   add("block-and-one-cell", "65,537 cells are two blocks, the second of one cell.", 13101, 2);
 }
 
+void addManyCrosses(AcceptedCases& cases) {
+  cases.add("blocks-with-layers", "Two slabs of 65,600 cells share a layer, and have no means.")
+      .of({{"crosses", manyCrosses()}}, {.storage = Storage::Repeats})
+      .shows({"large"})
+      .slicedAt({-0.5, 0, 0.5})
+      .encloses(8200 * 2.0 / 3,
+                [](double t) { return 8200 * 4.0 / 3 * std::pow(1 - std::abs(t), 3); });
+}
+
 /// A simplex that is cut by hyperplanes whose normals, shorter than 1 and longer, point either way.
 void addNormals(AcceptedCases& cases) {
   std::vector<slice::Hyperplane> hyperplanes;
@@ -280,6 +289,7 @@ void addLimits(AcceptedCases& cases) {
   addNumbersOfRepeats(cases);
   addManyPrisms(cases);
   addFullBlocks(cases);
+  addManyCrosses(cases);
   addNormals(cases);
   addParents(cases);
   addLargestHead(cases);
