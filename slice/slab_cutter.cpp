@@ -188,7 +188,9 @@ bool SlabCutter::misses(const model::Bounds4& bounds) const {
   for (int k = 0; k < 4; ++k) {
     if (hyperplane_.normal[k] < 0) std::swap(lowest[k], highest[k]);
   }
-  return isAbove(heightOf(lowest)) || !isAbove(heightOf(highest));
+  // The height of infinite coordinates may be no number: the slab is then read, and refused.
+  const double height = heightOf(highest);
+  return isAbove(heightOf(lowest)) || (!std::isnan(height) && !isAbove(height));
 }
 
 Result<CutSlab> SlabCutter::cut(const Slab& slab) const {
