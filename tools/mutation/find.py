@@ -41,6 +41,7 @@ SPEED_OR_PROGRESS = re.compile(
     r"reserve|shrink_to_fit|giveBackFreedMemory|madvise|prefetch|[pP]rogress|assert")
 SYMMETRIC = re.compile(r"operator|min|max|minmax|hypot|swap|midpoint|gcd|lcm|dot")
 MESSAGE = re.compile(rb"return\s+(\w+(\.|->|::))*(invalid|damaged\w*|fail\w*|unsupported)\(")
+REFUSAL = re.compile(rb"return\s+(\w+(\.|->|::))*(invalid|damaged\w*|fail\w*|unsupported|wrong\w*)\(")
 PASSED = re.compile(rb"return\s+([^;?]*(\.|->)error\(\)|\*?(\w*E|e)rror_?)\s*(;|$)")
 TEXT = re.compile(rb"return\s+fmt::format\(")
 PROGRESS = re.compile(r"\w+\(progress_?,")
@@ -52,6 +53,8 @@ class Scope:
 
     returns: str = ""  # "bool", "value", or "" where no default can be returned
     constant: bool = False
+    function: int = 0  # the offset of the innermost one
+    check: bool = False  # in a condition under which an error is returned
 
 
 class Finder:
@@ -70,7 +73,8 @@ class Finder:
         line = self.source.count(b"\n", 0, at) + 1
         change = squeezed(old) + (f" -> {squeezed(new)}" if new else "")
         mutant = Mutant(self.file, line, operator, change,
-                        self.lines[line - 1].decode().strip(), edits, scope.constant)
+                        self.lines[line - 1].decode().strip(), edits, scope.constant,
+                        scope.function, scope.check)
         # clang has several nodes for an expression that is converted.
         self.found.setdefault((operator, change, tuple((e.begin, e.end) for e in edits)), mutant)
 
@@ -85,7 +89,7 @@ class Finder:
             head = self.source[begin:self.body_of(cursor, end)]
             if b"consteval" in head or text_type(cursor.result_type):
                 return
-            scope = Scope(returned(cursor, head), b"constexpr" in head)
+            scope = Scope(returned(cursor, head), b"constexpr" in head, begin)
         elif kind == K.LAMBDA_EXPR:
             scope = replace(scope, returns="")
         elif kind == K.VAR_DECL:
@@ -126,7 +130,18 @@ class Finder:
             # Before the name of a variable is its type.
             if named and child.extent.start.offset < cursor.location.offset:
                 continue
-            self.walk(child, parent if kind == K.UNEXPOSED_EXPR else cursor, scope)
+            inner = scope
+            if kind == K.IF_STMT and child.kind.is_expression():
+                inner = replace(scope, check=self.refuses(cursor))
+            self.walk(child, parent if kind == K.UNEXPOSED_EXPR else cursor, inner)
+
+    def refuses(self, statement):
+        """Whether an error is returned where the condition of this `if` holds."""
+        for child in statement.get_children():
+            _, end = span(child)
+            if self.source[end:end + 1] == b")" and child.kind.is_expression():
+                return REFUSAL.match(self.source[end + 1:span(statement)[1]].lstrip(b" \n{")) is not None
+        return False
 
     def body_of(self, cursor, end):
         bodies = [c.extent.start.offset for c in cursor.get_children()
@@ -209,7 +224,7 @@ class Finder:
             changes.append("- 1")
         for change in changes:
             self.add(scope, "constant", begin, self.around(begin, end, f"{text} {change}"), "",
-                     Edit(begin, end, ("(", ACTIVE, f" ? {text} {change} : {text})")))
+                     Edit(begin, end, ("(", ACTIVE, f" ? {text} {change} : ", ORIGINAL, ")")))
 
     def boolean(self, parent, begin, end, scope):
         text = self.text(begin, end)
@@ -288,6 +303,7 @@ class Finder:
             end = span(last)[1]
             if self.source[end - 1:end] != b"}":
                 end += 1
+            scope = replace(scope, check=self.refuses(inner))
         elif inner.kind in STATEMENTS and self.source[end:end + 1] == b";":
             if inner.kind == K.CALL_EXPR and SPEED_OR_PROGRESS.search(inner.spelling):
                 return
@@ -354,10 +370,10 @@ def without_comments(text):
 # Parsing ----------------------------------------------------------------------------------------
 
 def flags_of(database):
-    """The flags of each file, as clang takes them."""
+    """The flags of each file, as clang takes them: it knows no header that g++ has precompiled."""
     flags = {}
     for entry in json.loads(database.read_text()):
-        words = shlex.split(entry["command"])
+        words = shlex.split(re.sub(r"-include \S+", "", entry["command"]))
         words = [w for w in words[1:words.index("-o")] if not w.startswith("-W") and w != "-Werror"]
         flags[entry["file"]] = (*words, "-w")
     return flags

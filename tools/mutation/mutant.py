@@ -27,6 +27,8 @@ class Mutant:
     edits: tuple
     # The mutant is in a constexpr function: the compiler may have evaluated every call.
     constant: bool = False
+    function: int = 0  # where its function begins in the file
+    check: bool = False  # it is in the condition of a refusal, or drops it
     number: int = 0
     room: str = ""
 

@@ -1,6 +1,6 @@
-"""Mutants of the readers in Python and JavaScript. Each is a copy of the reader with one change; the
-conformance kit is the test, and for JavaScript also the reader's own. The reader in Python is called within one process
-(kit.py), but for the functions that talk to the kit."""
+"""Mutants of the readers, which the conformance kit tests. In Python and JavaScript each is a copy of the reader with one
+change, tested for JavaScript also by the reader's own tests; the reader in Python is called within one process (kit.py),
+but for the functions that talk to the kit. Those in C++ are compiled at once (served.py)."""
 
 import ast
 import json
@@ -10,6 +10,7 @@ import shutil
 import subprocess
 from dataclasses import dataclass
 
+from . import served
 from .kit import Worker
 from .mutant import Mutant
 from .operators import ARITHMETIC, ASSIGNMENTS, LOGIC, RELATIONS
@@ -20,6 +21,7 @@ from .tree import FOLDER
 PROGRAM = ROOT / "build/release/t4d"
 CORPUS = FOLDER / "corpus"
 WORKER = Worker()
+SERVED = []  # the kit of the reader in C++
 SECONDS = 300
 
 
@@ -32,11 +34,13 @@ class Reader:
     talking: tuple | None = None
 
 
+CPP = "C++ reader"
 READERS = {
     "python reader": Reader("conformance/readers/python/*.py", "conformance/readers/python",
                             "/usr/bin/python3 -IS conformance/readers/python/t4d_reader.py",
                             ("request_of", "serve", "main")),
     "web reader": Reader("web/reader/src/*.js", "web", "node web/reader/conform.mjs"),
+    CPP: Reader("formats/t4d/*.cpp", "formats/t4d", str(served.PROGRAM)),
 }
 
 
@@ -241,11 +245,18 @@ class JavaScriptChanges(Changes):
 
 # Running ----------------------------------------------------------------------------------------
 
+# A reader may skip pages, so no case breaks their rules.
+NOT_READ = ("_test.cpp", "pages.cpp")
+
+
 def files_of(room):
-    return sorted(str(path.relative_to(ROOT)) for path in ROOT.glob(READERS[room].files))
+    return sorted(str(path.relative_to(ROOT)) for path in ROOT.glob(READERS[room].files)
+                  if not path.name.endswith(NOT_READ))
 
 
-def find(files):
+def find(room, files):
+    if room == CPP:
+        return served.find(files)
     found = []
     for file in files:
         changes = PythonChanges if file.endswith(".py") else JavaScriptChanges
@@ -253,8 +264,20 @@ def find(files):
     return found
 
 
+def of_reader(room, mutants):
+    """Those of the mutants that are in the reader: of C++, which has one library for readers and writers, the checks in
+    functions that it calls."""
+    if room != CPP:
+        return mutants
+    copy_corpus()
+    SERVED.append(served.Kit([mutant for mutant in mutants if mutant.check], CORPUS))
+    return SERVED[0].of_reader()
+
+
 def judge(mutant):
     """Runs the tests of a reader with a mutant; the outcome as runs.judge says it."""
+    if mutant.room == CPP:
+        return SERVED[0].judge(mutant)
     reader = READERS[mutant.room]
     right = (ROOT / mutant.file).read_bytes()
     (begin, end, new), = mutant.edits
@@ -285,12 +308,17 @@ def function_of(source, line):
     return None
 
 
-def check(room):
-    """A reader must pass its tests as it is."""
+def copy_corpus():
     if not PROGRAM.exists():
         raise SystemExit(f"{PROGRAM} is missing, whose conformance kit tests the readers: build it")
+    subprocess.run([PROGRAM, "conform", "copy", CORPUS, "--force"], check=True, stdout=subprocess.DEVNULL)
+
+
+def check(room):
+    """A reader must pass its tests as it is."""
     if READERS[room].talking is not None:
-        subprocess.run([PROGRAM, "conform", "copy", CORPUS, "--force"], check=True, stdout=subprocess.DEVNULL)
+        copy_corpus()
+    if room == CPP or READERS[room].talking is not None:  # It is checked where it is served.
         return
     place = FOLDER / "readers/unchanged"
     copy(READERS[room], place)
