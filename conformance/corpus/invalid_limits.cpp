@@ -367,6 +367,15 @@ void addFaultsOfManyCells(InvalidCases& cases) {
   after("N11-bytes-after-of-65600-cells", "CONN 1");
   after("L4-bytes-after-of-65600-cells", "LAYR 0");
   after("S9-bytes-after-of-65600-cells", "SLAB 1");
+  for (const auto& [name, array] : {std::pair{"connectivity", "CONN 1/cells"},
+                                    {"layer", "LAYR 0/positions"},
+                                    {"slab", "SLAB 1/interior positions"}}) {
+    const std::string place = std::string(array) + "/codec";
+    cases.add(
+        fmt::format("A3-in-the-{}-of-65600-cells", name),
+        "An array has codec 255, of a slab of 65,600 cells.", layered,
+        [&](Image& image) { image.set(place, std::uint8_t{255}); }, place);
+  }
   cases.add(
       "P3-of-65600-cells", "The layer of a slab of 65,600 cells is at another time.", layered,
       [](Image& image) { image.set("LAYR 0/time", 0.25); }, "LAYR 0/time");
