@@ -18,7 +18,7 @@ BUILD = ROOT / "build/release"
 FOLDER = tree.FOLDER / "cpp reader"
 PROGRAM = FOLDER / "t4d-reader"
 # What a mutant may take: memory in bytes, processor time in all, and seconds for a request.
-MOST_BYTES, MOST_SECONDS, SECONDS = 4 << 30, 60, 120
+MOST_BYTES, MOST_SECONDS, SECONDS = 4 << 30, 30, 60
 LARGE = 1 << 20  # Such files are described, and not sliced, which takes long.
 
 
