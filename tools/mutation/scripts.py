@@ -1,6 +1,6 @@
-"""Mutants of the readers, which the conformance kit tests. In Python and JavaScript each is a copy of the reader with one
-change, tested for JavaScript also by the reader's own tests; the reader in Python is called within one process (kit.py),
-but for the functions that talk to the kit. Those in C++ are compiled at once (served.py)."""
+"""Mutants of the readers, which the conformance kit tests. In Python and JavaScript each is a copy of the reader with
+one change, tested for JavaScript also by the reader's own tests; the reader in Python is called within one process
+(kit.py), but for the functions that talk to the kit. Those in C++ are compiled at once (served.py)."""
 
 import ast
 import json

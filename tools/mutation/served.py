@@ -47,7 +47,8 @@ def compile_unit(entry, mutated):
              if not word.startswith(("-W", "-O")) and word not in ("-c", entry["file"])]
     made = source.with_suffix(".o")
     cached = [shutil.which("ccache")] if shutil.which("ccache") and "ccache" not in flags[0] else []
-    command = [*cached, *flags[:1], f"-I{FOLDER}", *flags[1:], "-O1", "-w", "-D_GLIBCXX_ASSERTIONS", "-o", made, "-c", source]
+    command = [*cached, *flags[:1], f"-I{FOLDER}", *flags[1:], "-O1", "-w", "-D_GLIBCXX_ASSERTIONS", "-o", made,
+               "-c", source]
     done = subprocess.run(command, cwd=entry["directory"], stderr=subprocess.PIPE, text=True)
     return made, done.stderr if done.returncode else ""
 
