@@ -22,7 +22,8 @@ Result<MendSurfaceReport> hullSurface(model::TriangleMesh& mesh) {
   note(report.changes, SurfaceFault::Hull, hull->triangles.size(),
        "took the convex hull: " + numberOf(hull->triangles.size(), "triangle", "triangles"));
   report.hausdorff = measure::surfaceDistance(mesh, *hull).hausdorff();
-  measureAfter(welded, *hull, {}, report);
+  report.volumeAfter = signedVolume(*hull);
+  report.boundsAfter = boundsOf(*hull);
   report.closed = true;
   report.manifold = true;
   report.selfIntersections = 0;

@@ -16,44 +16,94 @@ using model::Triangle;
 using model::TriangleMesh;
 using PointsOfTriangle = std::array<Point3, 3>;
 
-/// Points of a triangle are looked at on a lattice that divides its sides into so many parts.
-constexpr int kParts = 8;
+/// Pieces of a triangle are divided into four so many times, if need be: into 64.
+constexpr int kDivisions = 3;
 
 class Losses {
  public:
-  Losses(const TriangleMesh& after, double tolerance)
-      : tolerance_(tolerance), tree_(after), winding_(after) {}
+  Losses(const TriangleMesh& after, bool crosses, double tolerance)
+      : crosses_(crosses), tolerance_(tolerance), tree_(after), winding_(after) {}
 
-  /// How far a triangle reaches out of the solid; 0 if that is within the tolerance.
+  /// How far a triangle reaches out of the solid; 0 if that is within the tolerance. Its corners
+  /// and the middles of its pieces are looked at.
   double of(const PointsOfTriangle& corners) const {
-    std::array<measure::TriangleTree::Nearest, 3> nearest;
-    for (int i = 0; i < 3; ++i) nearest[i] = tree_.nearest(corners[i]);
-    // The distance from one triangle is convex: no point is farther than the farthest corner.
-    if (std::ranges::all_of(corners, [&](const Point3& corner) {
-          return tree_.distanceTo(nearest[0].triangle, corner) <= tolerance_;
-        })) {
-      return 0;
-    }
-    double longest = 0;
-    for (int i = 0; i < 3; ++i) {
-      longest = std::max(longest, (corners[(i + 1) % 3] - corners[i]).stableNorm());
-    }
-    if (isInside(corners[0]) && nearest[0].distance > longest) return 0;
+    const Point3 middle = middleOf(corners);
+    const Nearest near = tree_.nearest(middle);
+    if (isWithin(tolerance_, near, corners)) return 0;
     double farthest = 0;
-    for (int i = 0; i <= kParts; ++i) {
-      for (int k = 0; i + k <= kParts; ++k) {
-        const Point3 point =
-            (i * corners[0] + k * corners[1] + (kParts - i - k) * corners[2]) / kParts;
-        const double distance = tree_.nearest(point).distance;
-        if (distance > std::max(farthest, tolerance_) && !isInside(point)) farthest = distance;
-      }
+    for (const Point3& corner : corners) {
+      const Nearest found = nearestUnless(near.triangle, corner);
+      if (isBeyond(found, farthest) && !isInside(corner, found)) farthest = found.distance;
     }
+    look(corners, middle, near, kDivisions, false, farthest);
     return farthest;
   }
 
  private:
-  bool isInside(const Point3& point) const { return winding_.at(point) > 0.5; }
+  using Nearest = measure::TriangleTree::Nearest;
 
+  static Point3 middleOf(const PointsOfTriangle& corners) {
+    return (corners[0] + corners[1] + corners[2]) / 3;
+  }
+
+  /// Looks for points of a piece that are out farther than `farthest`. `near` is nearest to its
+  /// middle.
+  void look(const PointsOfTriangle& corners, const Point3& middle, const Nearest& near,
+            int divisions, bool isOutside, double& farthest) const {
+    if (isWithin(std::max(tolerance_, farthest), near, corners)) return;
+    double radius = 0;
+    for (const Point3& corner : corners) radius = std::max(radius, (corner - middle).stableNorm());
+    // Farther from the surface than from its own points, a piece is on one side of it.
+    const bool isApart = near.distance > radius;
+    bool middleIsOut = isOutside;
+    if (!isOutside && (isApart || isBeyond(near, farthest))) {
+      middleIsOut = !isInside(middle, near);
+      if (isApart && !middleIsOut) return;
+      isOutside = isApart;
+    }
+    if (middleIsOut && isBeyond(near, farthest)) farthest = near.distance;
+    if (divisions == 0) return;
+    const PointsOfTriangle between = {0.5 * corners[1] + 0.5 * corners[2],
+                                      0.5 * corners[2] + 0.5 * corners[0],
+                                      0.5 * corners[0] + 0.5 * corners[1]};
+    look(between, middle, near, divisions - 1, isOutside, farthest);
+    for (int i = 0; i < 3; ++i) {
+      PointsOfTriangle part = between;
+      part[i] = corners[i];
+      const Point3 itsMiddle = middleOf(part);
+      look(part, itsMiddle, nearestUnless(near.triangle, itsMiddle), divisions - 1, isOutside,
+           farthest);
+    }
+  }
+
+  bool isBeyond(const Nearest& near, double farthest) const {
+    return near.distance > std::max(tolerance_, farthest);
+  }
+
+  /// Whether a triangle is within a distance of one that is nearest to its middle. The distance
+  /// from that is convex: no point is farther than the farthest corner.
+  bool isWithin(double distance, const Nearest& near, const PointsOfTriangle& corners) const {
+    return std::ranges::all_of(corners, [&](const Point3& corner) {
+      return tree_.distanceTo(near.triangle, corner) <= distance;
+    });
+  }
+
+  /// The triangle nearest to a point, which may be this one.
+  Nearest nearestUnless(std::uint32_t triangle, const Point3& point) const {
+    const Nearest known{triangle, tree_.distanceTo(triangle, point)};
+    const Nearest found = tree_.nearest(point, known.distance);
+    return found.distance < known.distance ? found : known;
+  }
+
+  /// Of a surface that does not cross itself, a point is inside where it is behind what is nearest.
+  bool isInside(const Point3& point, const Nearest& near) const {
+    if (!crosses_) {
+      if (const auto behind = tree_.isBehind(near.triangle, point)) return *behind;
+    }
+    return winding_.at(point) > 0.5;
+  }
+
+  bool crosses_;
   double tolerance_;
   measure::TriangleTree tree_;
   measure::WindingNumber winding_;
@@ -61,8 +111,9 @@ class Losses {
 
 }  // namespace
 
-LostSurface lostSurface(const TriangleMesh& before, const TriangleMesh& after, double tolerance) {
-  const Losses losses(after, tolerance);
+LostSurface lostSurface(const TriangleMesh& before, const TriangleMesh& after, bool crosses,
+                        double tolerance) {
+  const Losses losses(after, crosses, tolerance);
   // One of the triangles with the same corners is kept.
   std::vector<Triangle> triangles = before.triangles;
   for (Triangle& triangle : triangles) std::ranges::sort(triangle);
