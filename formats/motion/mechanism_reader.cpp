@@ -676,6 +676,7 @@ std::string addMechanism(LoadedMechanism more, const std::string& name, std::siz
   append(more.notices, into.notices);
   append(more.losses, into.losses);
   append(more.otherFiles, into.otherFiles);
+  append(more.halfTurns, into.halfTurns);
   if (into.up.empty()) into.up = more.up;
   return twice;
 }

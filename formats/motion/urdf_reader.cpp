@@ -1,12 +1,14 @@
 #include "formats/motion/urdf_reader.h"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <map>
 #include <memory>
 #include <optional>
 #include <set>
+#include <span>
 
 #include <expat.h>
 #include <fmt/format.h>
@@ -106,6 +108,25 @@ class XmlTree {
   std::string problem_;
 };
 
+/// One of the values of a joint that has several, as columns of a table name it: `base.x`.
+struct JointPart {
+  enum class Kind : std::uint8_t { Length, Angle, Number };
+
+  const char* name;
+  const char* inMoveIt;  // another name for it
+  Kind kind = Kind::Length;
+};
+
+constexpr std::array<JointPart, 3> kPlanarParts = {
+    {{"x", "x"}, {"y", "y"}, {"angle", "theta", JointPart::Kind::Angle}}};
+constexpr std::array<JointPart, 7> kFloatingParts = {{{"x", "trans_x"},
+                                                      {"y", "trans_y"},
+                                                      {"z", "trans_z"},
+                                                      {"qx", "rot_x", JointPart::Kind::Number},
+                                                      {"qy", "rot_y", JointPart::Kind::Number},
+                                                      {"qz", "rot_z", JointPart::Kind::Number},
+                                                      {"qw", "rot_w", JointPart::Kind::Number}}};
+
 /// A joint as the file has it.
 struct UrdfJoint {
   std::string name;
@@ -122,10 +143,26 @@ struct UrdfJoint {
   double offset = 0;
   std::vector<double> times = {};   // of the values, which are there once they are known
   std::vector<double> values = {};  // radians or metres
+  std::vector<std::vector<double>> partValues = {};  // of a joint with several
 
   bool moves() const { return turns() || type == "prismatic"; }
   bool turns() const { return type == "revolute" || type == "continuous"; }
+  std::span<const JointPart> parts() const {
+    if (type == "planar") return kPlanarParts;
+    if (type == "floating") return kFloatingParts;
+    return {};
+  }
+  std::string nameOf(const JointPart& part) const { return name + "." + part.name; }
 };
+
+/// The names that columns have for a part of a joint.
+std::vector<std::string> columnNamesOf(const UrdfJoint& joint, const JointPart& part) {
+  std::vector<std::string> names;
+  for (const char* word : {part.name, part.inMoveIt}) {
+    for (const char separator : {'.', '/', '_'}) names.push_back(joint.name + separator + word);
+  }
+  return names;
+}
 
 struct UrdfLink {
   std::string name;
@@ -342,7 +379,7 @@ class UrdfReader {
 
   Result<void> readAxis(const XmlElement& element, UrdfJoint& joint) const {
     const XmlElement* axis = element.child("axis");
-    if (axis == nullptr || !joint.moves()) return {};
+    if (axis == nullptr || !(joint.moves() || joint.type == "planar")) return {};
     const auto xyz = vector(*axis, "xyz", joint.axis);
     if (!xyz) return xyz.error();
     const double length = xyz->stableNorm();
@@ -425,11 +462,18 @@ class UrdfReader {
 
   Result<void> readTrajectory(const InputFile& file) {
     const std::filesystem::path& path = file.path;
-    std::set<std::string> joints;
-    for (const auto& [name, link] : jointLinks_) joints.insert(name);
-    auto table = readJointTable(file, loaded_.timeUnit, joints);
+    std::set<std::string> known;
+    for (const auto& [name, link] : jointLinks_) {
+      known.insert(name);
+      for (const JointPart& part : jointNamed(name).parts()) {
+        for (std::string& column : columnNamesOf(jointNamed(name), part)) {
+          known.insert(std::move(column));
+        }
+      }
+    }
+    auto table = readJointTable(file, loaded_.timeUnit, known);
     if (!table) return table.error();
-    nameNumbered(*table);
+    nameNumbered(*table, known);
     if (!table->notices.empty()) {
       loaded_.notices.push_back(
           fmt::format("{}: {}", path.string(), fmt::join(table->notices, ", ")));
@@ -440,18 +484,24 @@ class UrdfReader {
     std::vector<std::string> unread;
     for (const auto& [name, link] : jointLinks_) {
       UrdfJoint& joint = *links_[link].joint;
+      if (auto taken = takeParts(joint, *table, used, path); !taken) return taken;
       const auto found = table->find(name);
       if (found.column == nullptr) {
-        const bool rests = joint.moves() ? joint.mimics.empty() : joint.type != "fixed";
+        const bool rests = joint.moves() ? joint.mimics.empty()
+                                         : joint.type != "fixed" && joint.partValues.empty();
         if (rests) missing.push_back(inQuotes(name));
         continue;
       }
       used.insert(found.column);
       if (!joint.moves() || !joint.mimics.empty()) {
         unread.push_back(inQuotes(found.column->name));
-      } else if (auto taken = takeValues(joint, *table, found, path); !taken) {
-        return taken;
+        continue;
       }
+      const auto kind = joint.turns() ? JointPart::Kind::Angle : JointPart::Kind::Length;
+      auto values = valuesOf(found, kind, path);
+      if (!values) return values.error();
+      joint.values = std::move(*values);
+      joint.times = table->times;
     }
     if (auto all = checkAllUsed(*table, used, path); !all) return all;
     if (!missing.empty()) {
@@ -460,30 +510,33 @@ class UrdfReader {
                                             missing.size() == 1 ? "s" : ""));
     }
     if (!unread.empty()) {
-      loaded_.notices.push_back(fmt::format(
-          "{}: joints that are fixed, floating or planar or mimic others are not read: {}",
-          path.string(), fmt::join(unread, ", ")));
+      loaded_.notices.push_back(
+          fmt::format("{}: joints that are fixed, mimic others or have several values (NAME.x) are "
+                      "not read: {}",
+                      path.string(), fmt::join(unread, ", ")));
     }
     return followAll({table->times.front(), table->times.back()});
   }
 
-  /// Joints that have a value of their own, from the root on.
-  std::vector<std::string> movingJoints() const {
+  /// The names of all values that joints have of their own, from the root on.
+  std::vector<std::string> valueNames() const {
     std::vector<std::string> names;
     for (const std::size_t link : order_) {
       const auto& joint = links_[link].joint;
-      if (joint && joint->moves() && joint->mimics.empty()) names.push_back(joint->name);
+      if (!joint) continue;
+      if (joint->moves() && joint->mimics.empty()) names.push_back(joint->name);
+      for (const JointPart& part : joint->parts()) names.push_back(joint->nameOf(part));
     }
     return names;
   }
 
-  /// Gives numbered columns the names of joints, if no column has one and there are as many.
-  void nameNumbered(JointTable& table) {
-    const std::vector<std::string> names = movingJoints();
-    const auto isKnown = [&](const auto& joint) {
-      return table.find(joint.first).column != nullptr;
+  /// Gives numbered columns the names of values, if no column is known and there are as many.
+  void nameNumbered(JointTable& table, const std::set<std::string>& known) {
+    const std::vector<std::string> names = valueNames();
+    const auto isThere = [&](const std::string& name) {
+      return table.find(name).column != nullptr;
     };
-    if (names.empty() || std::ranges::any_of(jointLinks_, isKnown)) return;
+    if (names.empty() || std::ranges::any_of(known, isThere)) return;
     for (const char* stem : {"actual_q", "q", "position", "positions", "joint", "target_q"}) {
       std::vector<JointTable::Column> columns;
       for (const JointTable::Column& column : table.columns) {
@@ -507,7 +560,9 @@ class UrdfReader {
       if (used.contains(&column)) continue;
       std::vector<std::string> names;
       for (const auto& [name, link] : jointLinks_) {
-        if (links_[link].joint->moves()) names.push_back(inQuotes(name));
+        const UrdfJoint& joint = *links_[link].joint;
+        if (joint.moves()) names.push_back(inQuotes(name));
+        for (const JointPart& part : joint.parts()) names.push_back(inQuotes(joint.nameOf(part)));
       }
       return invalid(
           fmt::format("the column {} is not a joint of {}; its joints are {}",
@@ -517,24 +572,56 @@ class UrdfReader {
     return {};
   }
 
-  Result<void> takeValues(UrdfJoint& joint, const JointTable& table, const JointTable::Found& found,
-                          const std::filesystem::path& path) {
-    joint.values = found.column->values;
-    joint.times = table.times;
-    if (found.unit.empty()) return {};
-    if (joint.turns() && found.unit == "deg") {
-      for (double& value : joint.values) value *= model::kRadiansPerDegree;
-      return {};
+  /// The values of a column, in radians or metres.
+  Result<std::vector<double>> valuesOf(const JointTable::Found& found, JointPart::Kind kind,
+                                       const std::filesystem::path& path) const {
+    std::vector<double> values = found.column->values;
+    if (found.unit.empty()) return values;
+    const bool turns = kind == JointPart::Kind::Angle;
+    if (turns && found.unit == "rad") return values;
+    if (turns && found.unit == "deg") {
+      for (double& value : values) value *= model::kRadiansPerDegree;
+      return values;
     }
-    const auto conversion = joint.turns() ? std::nullopt : model::lengthConversion(found.unit, "m");
-    if (!conversion && !(joint.turns() && found.unit == "rad")) {
+    const auto conversion =
+        kind == JointPart::Kind::Length ? model::lengthConversion(found.unit, "m") : std::nullopt;
+    if (!conversion) {
+      constexpr std::array kExpected = {"a unit of length", "rad or deg", "no unit"};
       return invalid(
-          fmt::format("the column of joint {} is in '{}', expected {}", inQuotes(joint.name),
-                      found.unit, joint.turns() ? "rad or deg" : "a unit of length"),
+          fmt::format("the column of {} is in '{}', expected {}", inQuotes(found.column->unitless),
+                      found.unit, kExpected[static_cast<std::size_t>(kind)]),
           path.string());
     }
-    for (double& value : joint.values) value = conversion ? (*conversion)(value) : value;
-    return {};
+    for (double& value : values) value = (*conversion)(value);
+    return values;
+  }
+
+  /// Takes the columns of a floating or planar joint: all of them, or none.
+  Result<void> takeParts(UrdfJoint& joint, const JointTable& table,
+                         std::set<const JointTable::Column*>& used,
+                         const std::filesystem::path& path) const {
+    std::vector<std::string> missing;
+    for (const JointPart& part : joint.parts()) {
+      JointTable::Found found;
+      for (const std::string& name : columnNamesOf(joint, part)) {
+        if (found.column == nullptr) found = table.find(name);
+      }
+      if (found.column == nullptr) {
+        missing.push_back(inQuotes(joint.nameOf(part)));
+        continue;
+      }
+      used.insert(found.column);
+      auto values = valuesOf(found, part.kind, path);
+      if (!values) return values.error();
+      joint.partValues.push_back(std::move(*values));
+    }
+    if (missing.size() == joint.parts().size()) return {};
+    joint.times = table.times;
+    if (missing.empty()) return {};
+    return invalid(fmt::format("has no column for {}, but for other values of the {} joint {}; "
+                               "expected all of them",
+                               fmt::join(missing, ", "), joint.type, inQuotes(joint.name)),
+                   path.string());
   }
 
   /// Joints that mimic others get their values. One of those may mimic another one, or rest.
@@ -602,28 +689,105 @@ class UrdfReader {
     rest_.resize(links_.size());
     for (const std::size_t index : order_) {
       const UrdfLink& from = links_[index];
-      linkOf_[index] = loaded_.mechanism.links.size();
       Link link{from.name};
       rest_[index] = options_.place;
       if (from.joint) {
         const UrdfJoint& joint = *from.joint;
         link.parent = linkOf_[joint.parent];
         rest_[index] = rest_[joint.parent] * scaled(joint.origin);
-        if (!joint.values.empty() && joint.moves()) {
-          noteLimits(joint);
-          loaded_.joints.push_back(
-              {joint.name, joint.turns() ? "rad" : "m", joint.times, joint.values});
-          auto motion = motionOf(joint, rest_[index]);
-          if (!motion) {
-            motion.error().where =
-                placeIn(file_.atLine(joint.line), "joint " + inQuotes(joint.name));
-            return motion.error();
-          }
-          link.motion = std::move(*motion);
+        if (auto added = addMotion(joint, rest_[index], link); !added) {
+          added.error().where = placeIn(file_.atLine(joint.line), "joint " + inQuotes(joint.name));
+          return added;
         }
       }
+      linkOf_[index] = loaded_.mechanism.links.size();
       loaded_.mechanism.links.push_back(std::move(link));
     }
+    return {};
+  }
+
+  /// Gives the link the motion of its joint, if there are values.
+  Result<void> addMotion(const UrdfJoint& joint, const Pose& rest, Link& link) {
+    if (!joint.partValues.empty()) {
+      return joint.type == "planar" ? addPlanar(joint, rest, link) : addFloating(joint, rest, link);
+    }
+    if (joint.values.empty() || !joint.moves()) return {};
+    noteLimits(joint);
+    return addValue(joint.name, joint.turns(), joint, joint.values, rest.translation,
+                    rest.rotation * joint.axis, link);
+  }
+
+  /// Gives the link the motion of one value about, or along, an axis as it is at rest.
+  Result<void> addValue(const std::string& name, bool turns, const UrdfJoint& joint,
+                        const std::vector<double>& values, const model::Point3& origin,
+                        const Eigen::Vector3d& axis, Link& link) {
+    loaded_.joints.push_back({name, turns ? "rad" : "m", joint.times, values});
+    model::Joint along;
+    along.type = turns ? model::Joint::Type::Revolute : model::Joint::Type::Prismatic;
+    along.origin = origin;
+    along.axis = axis.normalized();
+    std::vector<double> converted = values;
+    for (double& value : converted) {
+      value = turns ? value / model::kRadiansPerDegree : value * scale_;
+    }
+    auto motion = model::jointMotion(along, joint.times, converted);
+    if (!motion) return motion.error();
+    link.motion = std::move(*motion);
+    return {};
+  }
+
+  /// A planar joint slides along two axes, by links of its own, and turns about the third.
+  Result<void> addPlanar(const UrdfJoint& joint, const Pose& rest, Link& link) {
+    const Eigen::Matrix3d plane =
+        Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), joint.axis).toRotationMatrix();
+    if (joint.axis != Eigen::Vector3d::UnitZ()) {
+      const auto text = [](const Eigen::Vector3d& axis) {
+        return fmt::format("({:.4g}, {:.4g}, {:.4g})", axis.x() + 0.0, axis.y() + 0.0,
+                           axis.z() + 0.0);
+      };
+      loaded_.notices.push_back(fmt::format(
+          "joint '{}' is planar about {}, its <axis> or, without one, that of URDF: x goes along "
+          "{} and y along {} of its frame; write <axis xyz=\"0 0 1\"/> for those of the frame",
+          shown(joint.name), text(joint.axis), text(plane.col(0)), text(plane.col(1))));
+    }
+    const Eigen::Matrix3d axes = rest.rotation * plane;
+    for (int i = 0; i < 3; ++i) {
+      const bool turns = kPlanarParts[i].kind == JointPart::Kind::Angle;
+      const std::string name = joint.nameOf(kPlanarParts[i]);
+      Link slide{name, link.parent};
+      Link& moved = turns ? link : slide;
+      auto added =
+          addValue(name, turns, joint, joint.partValues[i], rest.translation, axes.col(i), moved);
+      if (!added || turns) return added;
+      link.parent = loaded_.mechanism.links.size();
+      loaded_.mechanism.links.push_back(std::move(slide));
+    }
+    return {};
+  }
+
+  /// The poses of a floating joint are joined by screws.
+  Result<void> addFloating(const UrdfJoint& joint, const Pose& rest, Link& link) {
+    constexpr double kRounded = 1e-3;
+    const Eigen::Quaterniond turned(rest.rotation);
+    std::vector<model::KeyPose> poses;
+    for (std::size_t i = 0; i < joint.times.size(); ++i) {
+      const auto value = [&](int part) { return joint.partValues[part][i]; };
+      const Eigen::Quaterniond q(value(6), value(3), value(4), value(5));
+      if (!(std::abs(q.norm() - 1) <= kRounded)) {
+        return invalid(fmt::format("has a quaternion of length {} at time {}, expected 1", q.norm(),
+                                   joint.times[i]));
+      }
+      const Eigen::Quaterniond turn = turned * q.normalized() * turned.conjugate();
+      const model::Point3 moved = rest(scale_ * model::Point3(value(0), value(1), value(2)));
+      poses.push_back({joint.times[i], moved - turn * rest.translation, turn.normalized()});
+    }
+    auto motion = model::joinPoses(poses);
+    if (!motion) return motion.error();
+    for (model::HalfTurn& turn : motion->halfTurns) {
+      turn.between += fmt::format(" of joint {}", inQuotes(joint.name));
+      loaded_.halfTurns.push_back(turn);
+    }
+    link.motion = std::move(*motion);
     return {};
   }
 
@@ -631,19 +795,6 @@ class UrdfReader {
   Pose scaled(Pose pose) const {
     pose.translation *= scale_;
     return pose;
-  }
-
-  /// The motion about the axis of the joint as it is at rest.
-  Result<model::Motion> motionOf(const UrdfJoint& joint, const Pose& rest) const {
-    model::Joint axis;
-    axis.type = joint.turns() ? model::Joint::Type::Revolute : model::Joint::Type::Prismatic;
-    axis.origin = rest.translation;
-    axis.axis = (rest.rotation * joint.axis).normalized();
-    std::vector<double> values = joint.values;
-    for (double& value : values) {
-      value = joint.turns() ? value / model::kRadiansPerDegree : value * scale_;
-    }
-    return model::jointMotion(axis, joint.times, values);
   }
 
   std::string chosenGeometry() {

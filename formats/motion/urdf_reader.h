@@ -21,10 +21,12 @@ struct UrdfOptions {
 
 /// Reads a robot (URDF, docs/mechanism.md) and a table of its joints over time (joint_table.h).
 /// Each geometry of a link is a solid; lengths are in metres, times in seconds, angles in radians
-/// unless the table names another unit. Joints that the table does not have stay at 0, with a
-/// notice, and so do floating and planar ones; those that mimic another follow it. If the table
-/// names no joint of the robot but has numbered columns (`actual_q_0`), as many as joints, these
-/// are the joints from the root on, with a notice.
+/// unless the table names another unit. A planar joint has the columns `NAME.x`, `NAME.y` and
+/// `NAME.angle`, which go evenly like other values; a floating one `NAME.x` to `NAME.z` and
+/// `NAME.qx` to `NAME.qw`, poses joined by screws. Joints that the table does not have stay at 0,
+/// with a notice; those that mimic another follow it. If the table names no joint of the robot but
+/// has numbered columns (`actual_q_0`), as many as joints have values, these are the values from
+/// the root on, with a notice.
 ///
 /// Fails, with the line, on text that is not XML, links and joints that are missing, named twice or
 /// have no root, cycles, unknown types of joints, limits that are

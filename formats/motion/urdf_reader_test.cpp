@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <numbers>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include "fixtures/mechanisms.h"
@@ -73,9 +74,10 @@ TEST(UrdfReader, JointsFollowOthersAndStayAtRest) {
                  joint("d", "c", "<mimic joint=\"to c\"/>", "continuous") + joint("e", "a", "")),
            "time,to b,to c\n0,0,9\n1,2,9\n");
   ASSERT_TRUE(loaded) << loaded.error().text();
-  EXPECT_THAT(loaded->notices,
-              Contains(HasSubstr(
-                  "that are fixed, floating or planar or mimic others are not read: 'to c'")));
+  EXPECT_THAT(
+      loaded->notices,
+      Contains(HasSubstr(
+          "that are fixed, mimic others or have several values (NAME.x) are not read: 'to c'")));
   const model::Pose c = loaded->mechanism.at(2, 1);
   EXPECT_LE((c.translation - Point3(0.1 - 1, 0, 0)).norm(), 1e-15);
   const model::Pose d = loaded->mechanism.at(3, 1);
@@ -167,6 +169,74 @@ TEST(UrdfReader, CapsulesRestingJointsAndRobotsWithoutCollisionGeometry) {
   model::Bounds3 bounds = boundsOf(loaded->solids[0].mesh);
   EXPECT_EQ(bounds.max.z(), 1.5);
   EXPECT_EQ(bounds.min.z(), -1.5);
+}
+
+// On x = 1: evenly by (2, 3) along a straight line while it turns by 6, nearly a whole turn.
+TEST(UrdfReader, PlanarJointsSlideAndTurnEvenly) {
+  const std::string place = "<origin xyz=\"1 0 0\"/>";
+  const std::string arm =
+      robot(joint("p", "a", place + "<axis xyz=\"0 0 1\"/>", "planar") + joint("b", "p", ""));
+  for (const char* columns : {"to p.x,to p.y,to p.angle,to b", "to p/x,to p/y,to p/theta,to b",
+                              "to p_x [mm],to p_y [mm],to p_angle [deg],to b", "q_0,q_1,q_2,q_3"}) {
+    const bool converted = std::string(columns).find("mm") != std::string::npos;
+    const auto loaded = read(
+        arm, fmt::format("time,{}\n0,0,0,0,0\n1,{},{},{:.17g},0\n", columns, converted ? 2000 : 2,
+                         converted ? 3000 : 3, converted ? 1080 / std::numbers::pi : 6));
+    ASSERT_TRUE(loaded) << loaded.error().text();
+    ASSERT_EQ(loaded->mechanism.links[3].name, "p");
+    ASSERT_EQ(loaded->joints.size(), 4U);
+    EXPECT_EQ(loaded->joints[2].name, "to p.angle");
+    for (const double t : {0.0, 0.25, 0.5, 1.0}) {
+      const model::Pose moved = loaded->mechanism.at(3, t);
+      EXPECT_LE((moved(Point3(1, 0, 0)) - Point3(1 + 2 * t, 3 * t, 0)).norm(), 1e-14);
+      EXPECT_NEAR(moved.rotation(1, 0), std::sin(6 * t), 1e-14);
+      EXPECT_NEAR(moved.rotation(0, 0), std::cos(6 * t), 1e-14);
+    }
+  }
+  // Without an <axis> it is x, by URDF: about it, z becomes x and x becomes -z.
+  const auto upright = read(robot(joint("p", "a", place, "planar")),
+                            "time,to p.x,to p.y,to p.angle\n0,0,0,0\n1,2,3,0.5\n");
+  ASSERT_TRUE(upright) << upright.error().text();
+  EXPECT_THAT(upright->notices, Contains(HasSubstr("is planar about (1, 0, 0)")));
+  EXPECT_THAT(upright->notices,
+              Contains(HasSubstr("x goes along (0, 0, -1) and y along (0, 1, 0)")));
+  const model::Pose moved = upright->mechanism.at(3, 1);
+  EXPECT_LE((moved(Point3(1, 0, 0)) - Point3(1, 3, -2)).norm(), 1e-14);
+  EXPECT_NEAR(moved.rotation(2, 1), std::sin(0.5), 1e-14);
+}
+
+// From the identity by a quarter turn about z to (1, 1, 0): a screw about (0, 1).
+TEST(UrdfReader, FloatingJointsAreAtTheirPosesAndMoveByScrews) {
+  const std::string values =
+      "0,0,0,0,0,0,0,1\n1,1,1,0,0,0,0.70710678118654757,0.70710678118654757\n"
+      "2,1,2,3,0.5,-0.5,0.1,0.7\n";
+  const std::string place = "<origin xyz=\"1 2 3\" rpy=\"0.3 -0.2 0.9\"/>";
+  using Eigen::AngleAxisd;
+  const model::Pose rest{(AngleAxisd(0.9, Point3::UnitZ()) * AngleAxisd(-0.2, Point3::UnitY()) *
+                          AngleAxisd(0.3, Point3::UnitX()))
+                             .toRotationMatrix(),
+                         Point3(1, 2, 3)};
+  const auto turned = [](double angle) {
+    return AngleAxisd(angle, Point3::UnitZ()).toRotationMatrix();
+  };
+  const double half = std::sqrt(0.5);
+  const std::vector<std::pair<double, model::Pose>> wanted = {
+      {0, {}},
+      {0.5, {turned(std::numbers::pi / 4), Point3(half, 1 - half, 0)}},
+      {1, {turned(std::numbers::pi / 2), Point3(1, 1, 0)}},
+      {2, {Eigen::Quaterniond(0.7, 0.5, -0.5, 0.1).toRotationMatrix(), Point3(1, 2, 3)}}};
+  const std::string arm = robot(joint("f", "a", place, "floating"));
+  for (const char* columns :
+       {"to f.x,to f.y,to f.z,to f.qx,to f.qy,to f.qz,to f.qw",
+        "to f/trans_x,to f/trans_y,to f/trans_z,to f/rot_x,to f/rot_y,to f/rot_z,to f/rot_w",
+        "q_0,q_1,q_2,q_3,q_4,q_5,q_6"}) {
+    const auto loaded = read(arm, fmt::format("time,{}\n{}", columns, values));
+    ASSERT_TRUE(loaded) << loaded.error().text();
+    for (const auto& [time, pose] : wanted) {
+      const model::Pose found = loaded->mechanism.at(1, time) * rest;
+      EXPECT_LE((found.matrix() - (rest * pose).matrix()).cwiseAbs().maxCoeff(), 1e-14) << time;
+    }
+  }
 }
 
 // A controller logs joints by number, from the root on (RTDE).
@@ -275,6 +345,16 @@ TEST(UrdfReader, RefusesWithTheLine) {
   EXPECT_THAT(error(robot(b), "time,elbow\n0,0\n1,1\n"),
               HasSubstr("t.csv: the column 'elbow' is not a joint of"));
   EXPECT_THAT(error(robot(b), "time,to b [mm]\n0,0\n1,1\n"), HasSubstr("expected rad or deg"));
+  const std::string floating = robot(joint("f", "a", "", "floating"));
+  EXPECT_THAT(error(floating, "time,to f.x,to f.y,to f.z\n0,0,0,0\n1,1,1,1\n"),
+              HasSubstr("t.csv: has no column for 'to f.qx', 'to f.qy', 'to f.qz', 'to f.qw', but "
+                        "for other values of the floating joint 'to f'; expected all of them"));
+  const std::string values = "to f.x,to f.y,to f.z,to f.qx,to f.qy,to f.qz,to f.qw";
+  EXPECT_THAT(error(floating, "time," + values + "\n0,0,0,0,0,0,0,1\n1,0,0,0,0,0,0,2\n"),
+              HasSubstr("r.urdf:4: joint 'to f': has a quaternion of length 2 at time 1"));
+  EXPECT_THAT(error(floating, "time," + values + "_deg\n0,0,0,0,0,0,0,1\n1,0,0,0,0,0,0,1\n"),
+              HasSubstr("the column of 'to f.qw' is in 'deg', expected no unit"));
+  EXPECT_THAT(error(floating, "time,elbow\n0,0\n1,1\n"), HasSubstr("its joints are 'to f.x', "));
   const auto meshed = [&](const std::string& name) {
     return error(robot(b + "<link name=\"m\">\n<collision><geometry><mesh filename=\"" + name +
                        "\"/></geometry></collision></link><joint name=\"j\" type=\"fixed\">"
