@@ -21,21 +21,29 @@ constexpr int kDivisions = 3;
 
 class Losses {
  public:
-  Losses(const TriangleMesh& after, bool crosses, double tolerance)
-      : crosses_(crosses), tolerance_(tolerance), tree_(after), winding_(after) {}
+  Losses(const TriangleMesh& after, double tolerance)
+      : tolerance_(tolerance), tree_(after), winding_(after) {}
+
+  /// Points whose side is known, and how far the surface is from them.
+  struct Ball {
+    Point3 middle;
+    double radius;
+    bool isInside;
+  };
+  using Known = std::vector<Ball>;
 
   /// How far a triangle reaches out of the solid; 0 if that is within the tolerance. Its corners
-  /// and the middles of its pieces are looked at.
-  double of(const PointsOfTriangle& corners) const {
+  /// and the middles of its pieces are looked at, and added to what is known.
+  double of(const PointsOfTriangle& corners, Known& known) const {
     const Point3 middle = middleOf(corners);
     const Nearest near = tree_.nearest(middle);
     if (isWithin(tolerance_, near, corners)) return 0;
     double farthest = 0;
     for (const Point3& corner : corners) {
       const Nearest found = nearestUnless(near.triangle, corner);
-      if (isBeyond(found, farthest) && !isInside(corner, found)) farthest = found.distance;
+      if (isBeyond(found, farthest) && !isInside(corner, found, known)) farthest = found.distance;
     }
-    look(corners, middle, near, kDivisions, false, farthest);
+    look(corners, middle, near, kDivisions, false, known, farthest);
     return farthest;
   }
 
@@ -49,7 +57,7 @@ class Losses {
   /// Looks for points of a piece that are out farther than `farthest`. `near` is nearest to its
   /// middle.
   void look(const PointsOfTriangle& corners, const Point3& middle, const Nearest& near,
-            int divisions, bool isOutside, double& farthest) const {
+            int divisions, bool isOutside, Known& known, double& farthest) const {
     if (isWithin(std::max(tolerance_, farthest), near, corners)) return;
     double radius = 0;
     for (const Point3& corner : corners) radius = std::max(radius, (corner - middle).stableNorm());
@@ -57,7 +65,7 @@ class Losses {
     const bool isApart = near.distance > radius;
     bool middleIsOut = isOutside;
     if (!isOutside && (isApart || isBeyond(near, farthest))) {
-      middleIsOut = !isInside(middle, near);
+      middleIsOut = !isInside(middle, near, known);
       if (isApart && !middleIsOut) return;
       isOutside = isApart;
     }
@@ -66,13 +74,13 @@ class Losses {
     const PointsOfTriangle between = {0.5 * corners[1] + 0.5 * corners[2],
                                       0.5 * corners[2] + 0.5 * corners[0],
                                       0.5 * corners[0] + 0.5 * corners[1]};
-    look(between, middle, near, divisions - 1, isOutside, farthest);
+    look(between, middle, near, divisions - 1, isOutside, known, farthest);
     for (int i = 0; i < 3; ++i) {
       PointsOfTriangle part = between;
       part[i] = corners[i];
       const Point3 itsMiddle = middleOf(part);
       look(part, itsMiddle, nearestUnless(near.triangle, itsMiddle), divisions - 1, isOutside,
-           farthest);
+           known, farthest);
     }
   }
 
@@ -95,15 +103,21 @@ class Losses {
     return found.distance < known.distance ? found : known;
   }
 
-  /// Of a surface that does not cross itself, a point is inside where it is behind what is nearest.
-  bool isInside(const Point3& point, const Nearest& near) const {
-    if (!crosses_) {
-      if (const auto behind = tree_.isBehind(near.triangle, point)) return *behind;
+  /// Balls that the surface does not reach are on one side of it, and on the same if they meet.
+  bool isInside(const Point3& point, const Nearest& near, Known& known) const {
+    constexpr double kRounded = 1 - 1e-9;
+    constexpr std::size_t kLooked = 100;
+    std::size_t left = kLooked;
+    for (auto ball = known.rbegin(); ball != known.rend() && left > 0; ++ball, --left) {
+      const double reach = kRounded * (ball->radius + near.distance);
+      if ((point - ball->middle).squaredNorm() >= reach * reach) continue;
+      known.push_back({point, near.distance, ball->isInside});
+      return known.back().isInside;
     }
-    return winding_.at(point) > 0.5;
+    known.push_back({point, near.distance, winding_.at(point) > 0.5});
+    return known.back().isInside;
   }
 
-  bool crosses_;
   double tolerance_;
   measure::TriangleTree tree_;
   measure::WindingNumber winding_;
@@ -111,9 +125,8 @@ class Losses {
 
 }  // namespace
 
-LostSurface lostSurface(const TriangleMesh& before, const TriangleMesh& after, bool crosses,
-                        double tolerance) {
-  const Losses losses(after, crosses, tolerance);
+LostSurface lostSurface(const TriangleMesh& before, const TriangleMesh& after, double tolerance) {
+  const Losses losses(after, tolerance);
   // One of the triangles with the same corners is kept.
   std::vector<Triangle> triangles = before.triangles;
   for (Triangle& triangle : triangles) std::ranges::sort(triangle);
@@ -121,9 +134,13 @@ LostSurface lostSurface(const TriangleMesh& before, const TriangleMesh& after, b
   const auto again = std::ranges::unique(triangles);
   triangles.erase(again.begin(), again.end());
   std::vector<double> out(triangles.size());
-  model::forEach(triangles.size(), [&](std::size_t i) {
-    const auto& [a, b, c] = triangles[i];
-    out[i] = losses.of({before.vertices[a], before.vertices[b], before.vertices[c]});
+  constexpr std::size_t kAtOnce = 256;
+  model::forRanges(0, triangles.size(), kAtOnce, [&](std::size_t begin, std::size_t end) {
+    Losses::Known known;
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto& [a, b, c] = triangles[i];
+      out[i] = losses.of({before.vertices[a], before.vertices[b], before.vertices[c]}, known);
+    }
   });
   LostSurface lost;
   lost.triangles = static_cast<std::uint64_t>(

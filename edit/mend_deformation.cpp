@@ -185,9 +185,9 @@ Result<MendSurfaceReport> mendDeformation(TriangleMesh& mesh, Runs& runs,
     constexpr double kTolerance = 1e-4;
     report.hausdorff = measure::surfaceDistance(before, after, kTolerance).hausdorff();
   }
+  measureAfter(welded, after, options, report);
   report.closed = report.manifold = true;
   if (findsCrossings() && crossings == Crossings::Refused) report.selfIntersections = 0;
-  measureAfter(welded, after, options, report);
   before.attributes = std::move(mesh.attributes);
   mesh.attributes =
       carriedAttributes(before, welded.triangles, after, followers.lineage().origins());

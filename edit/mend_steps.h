@@ -42,7 +42,7 @@ Result<void> checkElements(const model::TriangleMesh& mesh);
 /// Measures the input, with merged vertices and otherwise as it is given.
 void measureBefore(const model::TriangleMesh& welded, MendSurfaceReport& report);
 
-/// Measures the result, whose changes, crossings and Hausdorff distance are known.
+/// Measures the result, whose changes and Hausdorff distance are known.
 void measureAfter(const model::TriangleMesh& welded, const model::TriangleMesh& mended,
                   const MendSurfaceOptions& options, MendSurfaceReport& report);
 
@@ -155,8 +155,8 @@ Result<void> takeApart(model::TriangleMesh& mesh, VertexLineage& lineage, Change
 /// The triangles of `before` that have points outside of the solid `after`, farther than
 /// `tolerance` from its surface. Triangles within the solid separate nothing, so nothing is lost
 /// with them. Where it is not proved that a triangle has no such points, they are looked for at its
-/// corners and the middles of 64 pieces. `crosses` says whether `after` may cross itself.
+/// corners and the middles of 64 pieces.
 LostSurface lostSurface(const model::TriangleMesh& before, const model::TriangleMesh& after,
-                        bool crosses, double tolerance);
+                        double tolerance);
 
 }  // namespace t4d::edit

@@ -163,9 +163,7 @@ void measureAfter(const TriangleMesh& welded, const TriangleMesh& mended,
   });
   constexpr double kVoxels = 2;  // a new surface is within 1.8 of the given one
   if (remeshed) tolerance += kVoxels * *options.remesh;
-  if (report.hausdorff > tolerance) {
-    report.lost = lostSurface(welded, mended, !report.selfIntersections, tolerance);
-  }
+  if (report.hausdorff > tolerance) report.lost = lostSurface(welded, mended, tolerance);
 }
 
 const char* nameOf(SurfaceFault kind) {
@@ -230,10 +228,10 @@ Result<MendSurfaceReport> mendSurface(TriangleMesh& mesh, const MendSurfaceOptio
   if (!report.changes.empty()) {
     if (auto near = measureMove(mesh, work, options, report); !near) return near.error();
   }
+  measureAfter(welded, work, options, report);
   report.closed = true;
   report.manifold = true;
   if (findsCrossings()) report.selfIntersections = 0;
-  measureAfter(welded, work, options, report);
   work.attributes = carriedAttributes(mesh, welded.triangles, work, lineage.origins());
   mesh = std::move(work);
   return report;

@@ -173,19 +173,6 @@ double TriangleTree::distanceFrom(const Corners& triangle, double most) const {
   return scale_.fromUnit(best);
 }
 
-std::optional<bool> TriangleTree::isBehind(std::uint32_t triangle, const Point3& given) const {
-  constexpr double kThin = 1e-6;  // of the longest side
-  const Corners& t = corners_[triangle];
-  const Point3 point = scale_.toUnit(given);
-  const Point3 normal = (t[1] - t[0]).cross(t[2] - t[0]);
-  for (int i = 0; i < 3; ++i) {
-    const Point3 side = t[(i + 1) % 3] - t[i];
-    if (!(normal.norm() > kThin * side.squaredNorm())) return std::nullopt;
-    if (normal.cross(side).dot(point - t[i]) < 0) return std::nullopt;
-  }
-  return normal.dot(point - t[0]) < 0;
-}
-
 double TriangleTree::distanceTo(std::uint32_t triangle, const Point3& point) const {
   return scale_.fromUnit(std::sqrt(squaredDistance(corners_[triangle], scale_.toUnit(point))));
 }

@@ -3,7 +3,6 @@
 #include <array>
 #include <cstdint>
 #include <limits>
-#include <optional>
 #include <vector>
 
 #include "model/unit_scale.h"
@@ -36,10 +35,6 @@ class TriangleTree {
   /// Calls visit(triangle) for all triangles whose boxes meet a box.
   template <class Visit>
   void forEachReaching(const model::Bounds3& box, const Visit& visit) const;
-
-  /// Whether a point is behind a triangle, the side on which its corners are clockwise. Nothing if
-  /// it is not straight above or below it, and if the triangle is too thin for a normal.
-  std::optional<bool> isBehind(std::uint32_t triangle, const model::Point3& point) const;
 
   /// Distance from a point to one triangle.
   double distanceTo(std::uint32_t triangle, const model::Point3& point) const;

@@ -1,6 +1,8 @@
 #include "tools/verbs/mechanism_input.h"
 
 #include <algorithm>
+#include <deque>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -62,20 +64,54 @@ void noteManySteps(const formats::LoadedMechanism& mechanism,
                             mechanism.mechanism.knots(mechanism.solids[body].link).size()));
 }
 
+/// What became of the mesh of a solid.
+struct MadeSolid {
+  Place where;
+  model::TriangleMesh given;
+  model::TriangleMesh mesh;
+  Result<edit::MendSurfaceReport> report;
+};
+
+/// Mends solids or takes their hulls. Those of one file that are equal are mended once.
+class SolidMaker {
+ public:
+  SolidMaker(const MechanismInput& input, Observer& observer)
+      : input_(input), observer_(observer) {}
+
+  const MadeSolid& madeOf(const formats::MechanismSolid& solid) {
+    const auto known = std::ranges::find_if(made_, [&](const MadeSolid& made) {
+      return made.where.text() == solid.where.text() &&
+             made.given.vertices == solid.mesh.vertices &&
+             made.given.triangles == solid.mesh.triangles;
+    });
+    if (known != made_.end()) return *known;
+    model::TriangleMesh mesh = solid.mesh;
+    auto report = mendOrHull(mesh, input_.mending, input_.hull, solid.where, observer_);
+    return made_.emplace_back(solid.where, solid.mesh, std::move(mesh), std::move(report));
+  }
+
+ private:
+  const MechanismInput& input_;
+  Observer& observer_;
+  std::deque<MadeSolid> made_;
+};
+
 /// Mends the solids or takes their hulls, and leaves out those without volume.
 Result<void> makeSolids(const MechanismInput& input, formats::LoadedMechanism& mechanism,
                         MechanismBodies& loaded, Observer& observer) {
   std::vector<formats::MechanismSolid> solids;
   std::vector<std::string> flat;
   std::vector<Error> errors;
+  SolidMaker maker(input, observer);
   for (formats::MechanismSolid& solid : mechanism.solids) {
-    auto done = mendOrHull(solid.mesh, input.mending, input.hull, solid.where, observer);
-    if (done) {
-      loaded.mended.push_back({solid.name, std::move(*done)});
+    const MadeSolid& made = maker.madeOf(solid);
+    if (made.report) {
+      solid.mesh = made.mesh;
+      loaded.mended.push_back({solid.name, *made.report});
       solids.push_back(std::move(solid));
     } else {
       flat.push_back(solid.name);
-      errors.push_back(std::move(done.error()));
+      errors.push_back(made.report.error());
     }
   }
   // What has no hull for another reason, such as a build without CGAL, is not flat.
