@@ -4,26 +4,19 @@ from __future__ import annotations
 
 import importlib
 from pathlib import Path
-from typing import Any, Dict, List, NamedTuple, Optional
+from typing import Any, Dict, List, Optional
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
 from numpy.typing import NDArray
 
+from t4d import urdf_text
 from t4d.errors import InvalidInput, Unsupported
 from t4d.triangles import TriangleMesh
-
-_SIDES = 64  # of an ellipsoid, as of the program's spheres
-
-
-class MujocoRobot(NamedTuple):
-    """The text of a URDF file whose meshes are in a folder, and what is lost, in sentences."""
-
-    urdf: str
-    losses: List[str]
+from t4d.urdf_text import UrdfRobot, UrdfText, numbers
 
 
-def read(path: str, folder: Path) -> MujocoRobot:
+def read(path: str, folder: Path) -> UrdfRobot:
     """Writes the meshes to the folder. Geoms that collide are the collision geometry of their bodies, others the visual
     one. Raises Error."""
     try:
@@ -49,15 +42,14 @@ class _Robot:
         mujoco.mj_kinematics(model, self._data)
         self._ends: List[str] = []  # the link of each body that its geoms are in
         self._origins: Dict[str, NDArray[np.float64]] = {}
-        self._elements: List[str] = []
+        self._text = UrdfText("mjcf")
         self._losses: List[str] = []
         self._mimics = self._followers()
 
-    def made(self) -> MujocoRobot:
+    def made(self) -> UrdfRobot:
         for body in range(self._model.nbody):
             self._add_body(body)
-        text = "\n".join(['<?xml version="1.0"?>', '<robot name="mjcf">', *self._elements, "</robot>", ""])
-        return MujocoRobot(text, self._losses)
+        return UrdfRobot(self._text.text(), self._losses)
 
     def _name(self, kind: str, number: int) -> str:
         what = getattr(self._mujoco.mjtObj, f"mjOBJ_{kind.upper()}")
@@ -99,22 +91,19 @@ class _Robot:
         self._origins[link] = np.array(origin)
         geoms = range(self._model.ngeom) if body is not None else []
         solids = [self._geom(geom, link) for geom in geoms if self._model.geom_bodyid[geom] == body]
-        self._elements.append(f"<link name={quoteattr(link)}>{''.join(solids)}</link>")
+        self._text.add_link(link, solids)
         if parent is None:
             return
         kind, more = "fixed", ""
         name = f"{link} fixed"
         if joint is not None:
             name, kind, more = self._name("joint", joint), self._kind(joint), self._mimics.get(joint, "")
-            more += f'<axis xyz="{_text(self._data.xaxis[joint])}"/>'
+            more += f'<axis xyz="{numbers(self._data.xaxis[joint])}"/>'
             if self._model.jnt_limited[joint] and kind in ("revolute", "prismatic"):
                 low, high = self._model.jnt_range[joint]
                 more += f'<limit lower="{float(low)!r}" upper="{float(high)!r}"/>'
-        self._elements.append(
-            f'<joint name={quoteattr(name)} type="{kind}"><parent link={quoteattr(parent)}/>'
-            f'<child link={quoteattr(link)}/><origin xyz="{_text(self._origins[link] - self._origins[parent])}"/>'
-            f"{more}</joint>"
-        )
+        place = _matrix(np.eye(3), self._origins[link] - self._origins[parent])
+        self._text.add_joint(name, kind, parent, link, place, more)
 
     def _kind(self, joint: int) -> str:
         kinds = self._mujoco.mjtJoint
@@ -128,7 +117,7 @@ class _Robot:
         model, kinds = self._model, self._mujoco.mjtGeom
         kind, size = kinds(int(model.geom_type[geom])), model.geom_size[geom]
         if kind == kinds.mjGEOM_BOX:
-            shape = f'<box size="{_text(2 * size)}"/>'
+            shape = f'<box size="{numbers(2 * size)}"/>'
         elif kind == kinds.mjGEOM_SPHERE:
             shape = f'<sphere radius="{float(size[0])!r}"/>'
         elif kind in (kinds.mjGEOM_CYLINDER, kinds.mjGEOM_CAPSULE):
@@ -136,16 +125,15 @@ class _Robot:
             shape = f'<{word} radius="{float(size[0])!r}" length="{2 * float(size[1])!r}"/>'
         elif kind in (kinds.mjGEOM_MESH, kinds.mjGEOM_ELLIPSOID):
             file = self._folder / f"geom{geom}.ply"
-            (self._mesh(int(model.geom_dataid[geom])) if kind == kinds.mjGEOM_MESH else _ellipsoid(size)).save(file)
+            (self._mesh(int(model.geom_dataid[geom])) if kind == kinds.mjGEOM_MESH else urdf_text.ellipsoid(size)).save(file)
             shape = f"<mesh filename={quoteattr(str(file))}/>"
         else:
             self._losses.append(f"{self._name('geom', geom)} of {link}: a plane, a height field or another endless solid")
             return ""
         collides = model.geom_contype[geom] or model.geom_conaffinity[geom]
         word = "collision" if collides else "visual"
-        place = self._data.geom_xpos[geom] - self._origins[link]
-        turn = _roll_pitch_yaw(self._data.geom_xmat[geom].reshape(3, 3))
-        return f'<{word}><origin xyz="{_text(place)}" rpy="{_text(turn)}"/><geometry>{shape}</geometry></{word}>'
+        turn = self._data.geom_xmat[geom].reshape(3, 3)
+        return urdf_text.solid(word, _matrix(turn, self._data.geom_xpos[geom] - self._origins[link]), shape)
 
     def _mesh(self, mesh: int) -> TriangleMesh:
         model = self._model
@@ -154,30 +142,7 @@ class _Robot:
         return TriangleMesh(np.array(vertices, dtype=float), np.array(faces, dtype=np.int64))
 
 
-def _text(numbers: NDArray[np.float64]) -> str:
-    return " ".join(repr(float(number)) for number in numbers)
-
-
-def _roll_pitch_yaw(turn: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The angles of a rotation, as URDF has it: about x, then y, then z, which stand."""
-    flat = np.hypot(turn[0, 0], turn[1, 0])
-    if flat < 1e-9:  # x is along z: yaw is free
-        return np.array([np.arctan2(-turn[1, 2], turn[1, 1]), np.arctan2(-turn[2, 0], flat), 0.0])
-    return np.array([
-        np.arctan2(turn[2, 1], turn[2, 2]), np.arctan2(-turn[2, 0], flat), np.arctan2(turn[1, 0], turn[0, 0])])  # fmt: skip
-
-
-def _ellipsoid(radii: NDArray[np.float64]) -> TriangleMesh:
-    """Inscribed, with its axes along x, y and z."""
-    rows = _SIDES // 2
-    polar, around = np.meshgrid(np.pi * np.arange(1, rows) / rows, 2 * np.pi * np.arange(_SIDES) / _SIDES, indexing="ij")
-    ring = np.stack([np.sin(polar) * np.cos(around), np.sin(polar) * np.sin(around), -np.cos(polar)], axis=-1)
-    vertices = np.concatenate([ring.reshape(-1, 3), [[0, 0, -1], [0, 0, 1]]]) * radii
-    low, high = len(vertices) - 2, len(vertices) - 1
-    triangles = []
-    for i in range(_SIDES):
-        k = (i + 1) % _SIDES
-        triangles += [(k, i, low), ((rows - 2) * _SIDES + i, (rows - 2) * _SIDES + k, high)]
-        for row in range(0, (rows - 2) * _SIDES, _SIDES):
-            triangles += [(row + i, row + k, row + _SIDES + k), (row + i, row + _SIDES + k, row + _SIDES + i)]
-    return TriangleMesh(vertices, np.array(triangles, dtype=np.int64))
+def _matrix(turn: NDArray[np.float64], origin: NDArray[np.float64]) -> NDArray[np.float64]:
+    made = np.eye(4)
+    made[:3, :3], made[:3, 3] = turn, origin
+    return made

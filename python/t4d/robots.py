@@ -1,5 +1,6 @@
-"""Robots (.urdf, and .xml of MuJoCo) and mechanisms (.json) whose solids are in files that the program does not read: these become triangle
-meshes in temporary files, and so does what names them."""
+"""Robots (.urdf, .xml of MuJoCo, and .sdf and .world of Gazebo) and mechanisms (.json) that the program does not read, or
+whose solids are in files that it does not: these become triangle meshes in temporary files, and so does what names
+them."""
 
 from __future__ import annotations
 
@@ -11,13 +12,15 @@ from typing import Dict, List, NamedTuple, Optional, Union
 from xml.etree import ElementTree
 from xml.sax.saxutils import quoteattr, unescape
 
-from t4d import collada_mesh, mujoco_robot, scenes, still
+from t4d import collada_mesh, mujoco_robot, scenes, sdf_robot, still
 from t4d.collada_mesh import ColladaMesh
 from t4d.still import Still
 from t4d.triangles import TriangleMesh
 
 _LINKS = re.compile(r"\.(?:%s)[\"']" % "|".join(one[1:] for one in scenes.EXTENSIONS), re.IGNORECASE)
 _MESH = re.compile(r"""(<mesh\b[^>]*?\bfilename\s*=\s*)("[^"]*"|'[^']*')""")
+
+_MUJOCO, _GAZEBO = (".xml", ".mjcf"), (".sdf", ".world")
 
 
 class Robot(NamedTuple):
@@ -30,26 +33,32 @@ class Robot(NamedTuple):
 
 def is_needed(path: str) -> bool:
     """Whether a file is of this kind, and links what the program does not read."""
-    if scenes.extension_of(path) not in (".urdf", ".json", ".xml", ".mjcf"):
+    if scenes.extension_of(path) not in (".urdf", ".json", *_MUJOCO, *_GAZEBO):
         return False
     try:
         text = Path(path).read_text(encoding="utf-8")
     except (OSError, ValueError):
         return False  # the program says why
-    if scenes.extension_of(path) in (".xml", ".mjcf"):
+    if scenes.extension_of(path) in _MUJOCO:
         return "<mujoco" in text
+    if scenes.extension_of(path) in _GAZEBO:
+        return "<sdf" in text
     is_robot = "<robot" in text if scenes.extension_of(path) == ".urdf" else '"bodies"' in text
     return is_robot and _LINKS.search(text) is not None
 
 
 def convert(path: str, folder: Path, geometry: str = "", packages: Optional[Dict[str, Path]] = None) -> Robot:
     """Writes the files to the folder; packages are the folders of --package. Raises Error."""
-    if scenes.extension_of(path) in (".xml", ".mjcf"):
-        robot = mujoco_robot.read(path, folder)
+    solids = _Solids(path, folder)
+    if scenes.extension_of(path) in (*_MUJOCO, *_GAZEBO):
+        if scenes.extension_of(path) in _MUJOCO:
+            robot = mujoco_robot.read(path, folder)
+        else:
+            robot = sdf_robot.read(path, folder, lambda uri: _gazebo_place(uri, solids, packages or {}))
         made = folder / f"{Path(path).stem}.urdf"
         made.write_text(robot.urdf, encoding="utf-8")
-        return Robot(str(made), {str(made): path}, [f"{path}: {loss}" for loss in robot.losses])
-    solids = _Solids(path, folder)
+        losses = [f"{path}: {loss}" for loss in robot.losses]
+        return Robot(str(made), {**solids.names, str(made): path}, losses + solids.losses)
     text = Path(path).read_text(encoding="utf-8")
     place = folder / os.path.basename(path)
     is_urdf = scenes.extension_of(path) == ".urdf"
@@ -102,6 +111,13 @@ def _urdf(text: str, geometry: str, solids: _Solids, packages: Dict[str, Path]) 
     return _MESH.sub(placed, text)
 
 
+def _gazebo_place(uri: str, solids: _Solids, packages: Dict[str, Path]) -> str:
+    """The place of a file that a URI names, as model://arm/arm.stl."""
+    name = "package://" + uri[len("model://") :] if uri.startswith("model://") else uri
+    path = _path_of(name, solids.home, packages)
+    return name if path is None else solids.place_of(path)
+
+
 def _path_of(name: str, home: Path, packages: Dict[str, Path]) -> Optional[Path]:
     """The path that the program finds (formats/motion/package_path.h). None if it finds none."""
     if name.startswith("file://"):
@@ -113,7 +129,8 @@ def _path_of(name: str, home: Path, packages: Dict[str, Path]) -> Optional[Path]
     if package in packages:
         return packages[package] / within
     places = [home, *home.parents]
-    places += [Path(one) for one in os.environ.get("ROS_PACKAGE_PATH", "").split(":") if one]
+    for variable in ("ROS_PACKAGE_PATH", "GZ_SIM_RESOURCE_PATH", "GAZEBO_MODEL_PATH"):
+        places += [Path(one) for one in os.environ.get(variable, "").split(":") if one]
     places += [Path(one) / "share" for one in os.environ.get("AMENT_PREFIX_PATH", "").split(":") if one]
     for folder in places:
         if (folder / package / within).is_file():

@@ -1,4 +1,5 @@
-"""Robots whose links are in COLLADA files are swept as those in .obj files with the same triangles."""
+"""Robots whose links are in COLLADA files are swept as those in .obj files with the same triangles; those of MuJoCo and
+Gazebo move as their formats say."""
 
 import json
 import subprocess
@@ -182,3 +183,94 @@ def test_a_robot_of_mujoco_moves_as_in_mujoco(tmp_path):
             extent = np.sort(size[name]) if name == "hand" else size[name]  # mujoco gives a mesh its main axes
             assert np.allclose(np.sort(high) if name == "hand" else high, extent, atol=2e-7), (name, time, high)
             assert np.allclose(low, -high, atol=2e-7), (name, time)
+
+
+SDF = """<sdf version="1.9"><world name="cell">
+<include><uri>model://sun</uri></include>
+<model name="arm"><pose degrees="true">1 2 0.5  0 0 90</pose>
+  <frame name="mount"><pose relative_to="base">0 0 1 0 0 0</pose></frame>
+  <link name="base"><collision name="c"><geometry><plane><normal>0 0 1</normal></plane></geometry></collision>
+    <collision name="d"><geometry><box><size>0.4 0.4 2</size></box></geometry></collision></link>
+  <joint name="shoulder" type="revolute"><pose relative_to="mount"/><parent>base</parent><child>upper</child>
+    <axis><xyz>0 0 1</xyz><limit><lower>-1e16</lower><upper>1e16</upper></limit></axis></joint>
+  <link name="upper"><pose relative_to="shoulder" rotation_format="quat_xyzw">1 0 0  1 0 0 0</pose>
+    <collision name="c"><pose>0 0 0.1 0 0 0</pose><geometry><box><size>2 0.2 0.2</size></box></geometry></collision></link>
+  <frame name="elbow_place" attached_to="upper"><pose relative_to="upper">1 0 0 0 0 0</pose></frame>
+  <joint name="elbow" type="revolute"><pose relative_to="elbow_place"/><parent>elbow_place</parent><child>fore</child>
+    <axis><xyz expressed_in="__model__">0 0 1</xyz><limit><lower>-2</lower><upper>2</upper></limit></axis></joint>
+  <link name="fore"><pose relative_to="elbow">0.5 0 0 0 0 0</pose>
+    <collision name="c"><geometry><mesh><uri>model://arm/fore.dae</uri><scale>0.5 0.1 0.1</scale></mesh></geometry>
+    </collision></link>
+  <joint name="loop" type="fixed"><parent>base</parent><child>fore</child></joint>
+  <model name="hand"><pose relative_to="fore">0.5 0 0 0 0 0</pose><link name="palm">
+    <collision name="c"><geometry><ellipsoid><radii>0.1 0.2 0.3</radii></ellipsoid></geometry></collision></link></model>
+  <joint name="grip" type="prismatic"><parent>fore</parent><child>hand::palm</child>
+    <axis><xyz>1 0 0</xyz><mimic joint="elbow"><multiplier>0.5</multiplier><offset>0.3</offset><reference>0.2</reference>
+    </mimic></axis></joint>
+</model></world></sdf>
+"""
+
+
+def test_a_robot_of_gazebo_is_a_chain_of_two_links(tmp_path):
+    """Seen from above, the upper arm is 2 long and the forearm 1. The frame of the upper arm is turned by half about x,
+    so what is above in it is below."""
+    (tmp_path / "arm").mkdir()
+    dae(tmp_path / "arm" / "fore.dae", [""])
+    (tmp_path / "robot.sdf").write_text(SDF)
+    rows = {0: (0, 0), 1: (0.4, -0.7), 2: (-0.2, 1.1)}
+    log = "".join(f"{time},{','.join(map(str, row))}\n" for time, row in rows.items())
+    (tmp_path / "log.csv").write_text("time,shoulder,elbow\n" + log)
+    said = sweep("robot.sdf", "--motion", "log.csv", "-o", "robot.t4d", cwd=tmp_path, code=3)
+    assert "lost: robot.sdf: what it includes: model://sun" in said, said
+    assert "lost: robot.sdf: joint loop, which closes a loop" in said, said
+    assert "lost: robot.sdf: c of base: plane" in said, said
+    mesh = t4d.read(tmp_path / "robot.t4d")
+    assert mesh.names == ["base", "upper", "fore", "hand::palm"] and mesh.up == "z"
+    for time, (shoulder, elbow) in rows.items():
+        upper, fore = np.pi / 2 + shoulder, np.pi / 2 + shoulder + elbow
+        joint = np.array([1 + 2 * np.cos(upper), 2 + 2 * np.sin(upper), 1.5])
+        along = np.array([np.cos(fore), np.sin(fore), 0])
+        places = {
+            "base": ([1, 2, 0.5], np.pi / 2, [0.2, 0.2, 1]),
+            "upper": ([1 + np.cos(upper), 2 + np.sin(upper), 1.4], upper, [1, 0.1, 0.1]),
+            "fore": (joint + 0.5 * along, fore, [0.5, 0.1, 0.1]),
+            "hand::palm": (joint + (1 + 0.3 + 0.5 * (elbow - 0.2)) * along, fore, [0.1, 0.2, 0.3]),
+        }
+        for name, (middle, angle, half) in places.items():
+            turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+            found = (mesh[name].slice(time).vertices - middle) @ turn
+            assert np.allclose(found.max(axis=0), half, atol=2e-7), (name, time, found.max(axis=0))
+            assert np.allclose(found.min(axis=0), np.negative(half), atol=2e-7), (name, time)
+
+
+def test_old_axes_of_gazebo_are_those_of_the_model(tmp_path):
+    """Before 1.5, and where a flag says so: the link is turned by a quarter about x, the axis is not."""
+    box = "<geometry><box><size>2 0.4 0.2</size></box></geometry>"
+    for version, flag, axis in (("1.4", "", 2), ("1.6", "<use_parent_model_frame>1</use_parent_model_frame>", 2),
+                                ("1.6", "", 1), ("1.4", "<use_parent_model_frame>0</use_parent_model_frame>", 1)):  # fmt: skip
+        (tmp_path / "r.sdf").write_text(
+            f'<sdf version="{version}"><model name="m"><link name="a"><pose>0 0 0 1.5707963267948966 0 0</pose>'
+            f'<collision name="c">{box}</collision></link><joint name="j" type="revolute"><parent>world</parent>'
+            f"<child>a</child><axis><xyz>0 0 1</xyz>{flag}</axis></joint></model></sdf>"
+        )
+        (tmp_path / "log.csv").write_text("time,j_deg\n0,0\n1,90\n")
+        sweep("r.sdf", "--motion", "log.csv", "-o", "r.t4d", cwd=tmp_path)
+        turned = t4d.read(tmp_path / "r.t4d").slice(1).vertices
+        # The long side lies along x and goes to y about the model's z, to z about the link's, which is -y.
+        assert np.allclose(turned.max(axis=0), [0.1, 1, 0.2] if axis == 2 else [0.2, 0.1, 1], atol=1e-7), (version, flag)
+
+
+@pytest.mark.parametrize(("text", "message"), [
+    ("<sdf>", "r.sdf: is not XML"),
+    ("<sdf/>", "r.sdf: has no <model>"),
+    ('<sdf><model name="m"><link name="a"><pose>0 0 0</pose></link></model></sdf>', "model 'm': found the pose '0 0 0'"),
+    ('<sdf><model name="m"><link name="a"><pose>0 0 b 0 0 0</pose></link></model></sdf>', "found '0 0 b 0 0 0' in <pose>"),
+    ('<sdf><model name="m"><link name="a"><pose relative_to="b"/></link></model></sdf>', "'b' is no link, joint or frame"),
+    ('<sdf><model name="m"><link name="a"><pose relative_to="a"/></link></model></sdf>', "'a' depends on itself"),
+    ('<sdf><model name="m"><link name="a"/><joint name="j"><parent>b</parent><child>a</child></joint></model></sdf>',
+     "'b' is no link of it"),
+])  # fmt: skip
+def test_what_is_no_robot_of_gazebo_is_said(text, message, tmp_path):
+    (tmp_path / "r.sdf").write_text(text)
+    (tmp_path / "log.csv").write_text("time,j\n0,0\n1,1\n")
+    assert message in sweep("r.sdf", "--motion", "log.csv", "-o", "r.t4d", cwd=tmp_path, code=4)
