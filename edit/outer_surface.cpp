@@ -15,7 +15,9 @@
 #include <CGAL/intersections.h>
 #include <fmt/format.h>
 
+#include "measure/triangle_tree.h"
 #include "measure/winding_number.h"
+#include "model/parallel.h"
 #include "model/surface_edges.h"
 #include "model/union_find.h"
 #include "t4d/mesh.h"
@@ -308,7 +310,11 @@ model::UnionFind patchesOf(const std::vector<Piece>& pieces) {
 class Classifier {
  public:
   Classifier(const TriangleMesh& mesh, const Arrangement& arrangement, std::vector<Point3> places)
-      : mesh_(mesh), arrangement_(arrangement), places_(std::move(places)), winding_(mesh) {}
+      : mesh_(mesh),
+        arrangement_(arrangement),
+        places_(std::move(places)),
+        winding_(mesh),
+        tree_(mesh) {}
 
   double areaOf(const Piece& piece) const {
     const auto& [a, b, c] = piece.corners;
@@ -363,40 +369,51 @@ class Classifier {
   /// The winding number of all triangles but those in the plane of the piece on the upper side.
   std::optional<int> windingAbove(const ExactPoint& from, int axis, const Piece& piece) const {
     const Exact::Point_2 line = acrossAxis(from, axis);
-    const CGAL::Bbox_2 box = line.bbox();
+    const CGAL::Bbox_2 around = line.bbox();
+    model::Bounds3 box;
+    box.min[axis] = -HUGE_VAL;
+    box.max[axis] = HUGE_VAL;
+    for (int k = 0; k < 2; ++k) {
+      box.min[(axis + 1 + k) % 3] = around.min(k);
+      box.max[(axis + 1 + k) % 3] = around.max(k);
+    }
     const auto& own = arrangement_.trianglesOf(piece);
     int winding = 0;
-    for (std::uint32_t i = 0; i < mesh_.triangles.size(); ++i) {
-      CGAL::Bbox_2 bounds;
-      for (const std::uint32_t corner : mesh_.triangles[i]) {
-        const Point3& p = mesh_.vertices[corner];
-        const double u = p[(axis + 1) % 3];
-        const double v = p[(axis + 2) % 3];
-        bounds += CGAL::Bbox_2(u, v, u, v);
-      }
-      if (!CGAL::do_overlap(box, bounds) || std::ranges::find(own, i) != own.end()) continue;
-      std::array<ExactPoint, 3> corners;
-      for (int k = 0; k < 3; ++k) corners[k] = arrangement_.exactPlace(mesh_.triangles[i][k]);
-      std::array<int, 3> sides;
-      for (int k = 0; k < 3; ++k) {
-        sides[k] = static_cast<int>(CGAL::orientation(
-            acrossAxis(corners[k], axis), acrossAxis(corners[(k + 1) % 3], axis), line));
-      }
-      const auto [least, most] = std::ranges::minmax(sides);
-      if (least < 0 && most > 0) continue;
-      if (least * most == 0) return std::nullopt;
-      const int side =
-          static_cast<int>(CGAL::orientation(corners[0], corners[1], corners[2], from));
-      if (side == 0) return std::nullopt;
-      if (side != least) winding += least;
-    }
+    bool touches = false;
+    tree_.forEachReaching(box, [&](std::uint32_t i) {
+      if (touches || std::ranges::find(own, i) != own.end()) return;
+      const std::optional<int> met = metBy(line, from, axis, i);
+      touches = !met;
+      winding += met.value_or(0);
+    });
+    if (touches) return std::nullopt;
     return winding;
+  }
+
+  /// What a triangle that a line meets above a point adds to its winding number. Nothing if it
+  /// meets the border, or the point is on the triangle.
+  std::optional<int> metBy(const Exact::Point_2& line, const ExactPoint& from, int axis,
+                           std::uint32_t triangle) const {
+    std::array<ExactPoint, 3> corners;
+    for (int k = 0; k < 3; ++k) corners[k] = arrangement_.exactPlace(mesh_.triangles[triangle][k]);
+    std::array<int, 3> sides;
+    for (int k = 0; k < 3; ++k) {
+      sides[k] = static_cast<int>(CGAL::orientation(acrossAxis(corners[k], axis),
+                                                    acrossAxis(corners[(k + 1) % 3], axis), line));
+    }
+    const auto [least, most] = std::ranges::minmax(sides);
+    if (least < 0 && most > 0) return 0;
+    if (least * most == 0) return std::nullopt;
+    const int side = static_cast<int>(CGAL::orientation(corners[0], corners[1], corners[2], from));
+    if (side == 0) return std::nullopt;
+    return side == least ? 0 : least;
   }
 
   const TriangleMesh& mesh_;
   const Arrangement& arrangement_;
   std::vector<Point3> places_;
   measure::WindingNumber winding_;
+  measure::TriangleTree tree_;
 };
 
 Result<OuterSurface> outerOf(const TriangleMesh& mesh, const SurfaceCrossings& crossings) {
@@ -419,22 +436,28 @@ Result<OuterSurface> outerOf(const TriangleMesh& mesh, const SurfaceCrossings& c
     int behind;
     std::uint32_t piece;
   };
-  std::unordered_map<std::uint32_t, Sides> sides;
-  for (auto& [patch, asked] : largest) {
+  std::vector<std::uint32_t> roots;
+  for (const auto& [patch, asked] : largest) roots.push_back(patch);
+  std::vector<std::optional<Sides>> known(roots.size());
+  model::forEach(roots.size(), [&](std::size_t i) {
+    auto& asked = largest.find(roots[i])->second;
     std::ranges::sort(asked, std::greater(),
                       [&](std::uint32_t p) { return classifier.areaOf(pieces[p]); });
     for (const std::uint32_t piece : asked) {
-      if (const auto behind = classifier.behind(pieces[piece])) {
-        sides.emplace(patch, Sides{*behind, piece});
-        break;
-      }
+      if (known[i]) return;
+      if (const auto behind = classifier.behind(pieces[piece])) known[i] = Sides{*behind, piece};
     }
-    for (const std::uint32_t piece : asked) {
-      if (sides.contains(patch)) break;
+  });
+  // Exact numbers are not for several threads.
+  std::unordered_map<std::uint32_t, Sides> sides;
+  for (std::size_t i = 0; i < roots.size(); ++i) {
+    for (const std::uint32_t piece : largest.find(roots[i])->second) {
+      if (known[i]) break;
       if (const auto behind = classifier.exactlyBehind(pieces[piece])) {
-        sides.emplace(patch, Sides{*behind, piece});
+        known[i] = Sides{*behind, piece};
       }
     }
+    if (known[i]) sides.emplace(roots[i], *known[i]);
   }
 
   // Within a patch pieces may face either way, with a negative number then: what counts is the way

@@ -742,8 +742,8 @@ class UrdfReader {
         Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), joint.axis).toRotationMatrix();
     if (joint.axis != Eigen::Vector3d::UnitZ()) {
       const auto text = [](const Eigen::Vector3d& axis) {
-        return fmt::format("({:.4g}, {:.4g}, {:.4g})", axis.x() + 0.0, axis.y() + 0.0,
-                           axis.z() + 0.0);
+        const Eigen::Vector3d round = (1e4 * axis).array().round() / 1e4 + 0.0;  // without -0
+        return fmt::format("({}, {}, {})", round.x(), round.y(), round.z());
       };
       loaded_.notices.push_back(fmt::format(
           "joint '{}' is planar about {}, its <axis> or, without one, that of URDF: x goes along "
