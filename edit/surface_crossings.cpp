@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <exception>
+#include <tuple>
 #include <utility>
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
@@ -187,14 +188,32 @@ std::vector<Pair> pairsOf(const Parts& parts, std::size_t part, const PairTest& 
   return pairs;
 }
 
+std::vector<Point> pointsOf(const model::TriangleMesh& mesh) {
+  std::vector<Point> points;
+  points.reserve(mesh.vertices.size());
+  for (const model::Point3& p : mesh.vertices) points.emplace_back(p.x(), p.y(), p.z());
+  return points;
+}
+
+Box boxOf(const model::TriangleMesh& mesh, std::uint32_t triangle) {
+  const auto& [a, b, c] = mesh.triangles[triangle];
+  const auto& [p, q, r] = std::tie(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]);
+  const model::Point3 low = p.cwiseMin(q).cwiseMin(r);
+  const model::Point3 high = p.cwiseMax(q).cwiseMax(r);
+  return {{low.x(), low.y(), low.z()}, {high.x(), high.y(), high.z()}, triangle};
+}
+
+Error searchFailed(const std::exception& error) {
+  return fail(ErrorCode::Failed,
+              fmt::format("the search for self-intersections failed: {}", error.what()));
+}
+
 }  // namespace
 
 bool findsCrossings() { return true; }
 
 Result<SurfaceCrossings> findCrossings(const model::TriangleMesh& mesh, std::size_t most) try {
-  std::vector<Point> points;
-  points.reserve(mesh.vertices.size());
-  for (const model::Point3& p : mesh.vertices) points.emplace_back(p.x(), p.y(), p.z());
+  const std::vector<Point> points = pointsOf(mesh);
   SurfaceCrossings found;
   std::vector<Box> boxes;
   boxes.reserve(mesh.triangles.size());
@@ -203,9 +222,7 @@ Result<SurfaceCrossings> findCrossings(const model::TriangleMesh& mesh, std::siz
     if (CGAL::collinear(points[a], points[b], points[c])) {
       found.flat.push_back(i);
     } else {
-      const CGAL::Bbox_3 box = points[a].bbox() + points[b].bbox() + points[c].bbox();
-      boxes.push_back(
-          {{box.xmin(), box.ymin(), box.zmin()}, {box.xmax(), box.ymax(), box.zmax()}, i});
+      boxes.push_back(boxOf(mesh, i));
     }
   }
   const PairTest test(mesh, points);
@@ -224,8 +241,36 @@ Result<SurfaceCrossings> findCrossings(const model::TriangleMesh& mesh, std::siz
   std::ranges::sort(found.pairs);
   return found;
 } catch (const std::exception& error) {
-  return fail(ErrorCode::Failed,
-              fmt::format("the search for self-intersections failed: {}", error.what()));
+  return searchFailed(error);
+}
+
+Result<SurfaceCrossings> findCrossingsOf(std::span<const std::uint32_t> triangles,
+                                         const model::TriangleMesh& mesh) try {
+  const std::vector<Point> points = pointsOf(mesh);
+  const PairTest test(mesh, points);
+  const auto isFlat = [&](std::uint32_t triangle) {
+    const auto& [a, b, c] = mesh.triangles[triangle];
+    return CGAL::collinear(points[a], points[b], points[c]);
+  };
+  SurfaceCrossings found;
+  for (const std::uint32_t triangle : triangles) {
+    if (isFlat(triangle)) {
+      found.flat.push_back(triangle);
+      continue;
+    }
+    const Box box = boxOf(mesh, triangle);
+    for (std::uint32_t other = 0; other < mesh.triangles.size(); ++other) {
+      if (other == triangle || !box.meets(boxOf(mesh, other))) continue;
+      const auto pair = std::minmax(triangle, other);
+      if (test.meet(pair.first, pair.second) && !isFlat(other)) found.pairs.emplace_back(pair);
+    }
+  }
+  std::ranges::sort(found.pairs);
+  const auto again = std::ranges::unique(found.pairs);
+  found.pairs.erase(again.begin(), again.end());
+  return found;
+} catch (const std::exception& error) {
+  return searchFailed(error);
 }
 
 Result<std::optional<mesh4d::StepCrossing>> crossingWithin(const model::TriangleMesh& mesh,

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -29,6 +30,10 @@ bool findsCrossings();
 ///
 /// Fails unless findsCrossings().
 Result<SurfaceCrossings> findCrossings(const model::TriangleMesh& mesh, std::size_t most);
+
+/// The same for these triangles alone: those that are flat, and all pairs that one of them is in.
+Result<SurfaceCrossings> findCrossingsOf(std::span<const std::uint32_t> triangles,
+                                         const model::TriangleMesh& mesh);
 
 /// Calls mesh4d::crossingOf. Fails unless findsCrossings().
 Result<std::optional<mesh4d::StepCrossing>> crossingWithin(const model::TriangleMesh& mesh,

@@ -1,5 +1,8 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
+#include <span>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -140,10 +143,11 @@ std::vector<Copy> copiesOf(const TriangleMesh& mesh, const std::vector<std::uint
   return copies;
 }
 
-/// The triangles near a copy, with vertices of their own.
+/// The triangles near a copy, with vertices of their own. Equal ones are one, but for the copy.
 struct Surroundings {
   TriangleMesh mesh;
-  std::uint32_t vertex = 0;  ///< of the copy
+  std::uint32_t vertex = 0;              ///< of the copy
+  std::vector<std::uint32_t> triangles;  ///< around it
 };
 
 Surroundings surroundingsOf(const TriangleMesh& mesh, const Copy& copy) {
@@ -154,6 +158,15 @@ Surroundings surroundingsOf(const TriangleMesh& mesh, const Copy& copy) {
   // The copy can go half as far, at most; the rest is for rounding.
   const Point3 reach = Point3::Constant(2 * copy.step);
   Surroundings result;
+  std::map<std::array<double, 3>, std::uint32_t> numbers;
+  const auto numberOf = [&](std::uint32_t vertex) {
+    const Point3& place = mesh.vertices[vertex];
+    const auto next = static_cast<std::uint32_t>(result.mesh.vertices.size());
+    const auto [at, isNew] = numbers.try_emplace({place.x(), place.y(), place.z()}, next);
+    if (isNew) result.mesh.vertices.emplace_back(place);
+    return at->second;
+  };
+  result.mesh.vertices.emplace_back(mesh.vertices[copy.vertex]);
   for (const Triangle& triangle : mesh.triangles) {
     const auto& [a, b, c] = triangle;
     const Point3 low =
@@ -163,41 +176,47 @@ Surroundings surroundingsOf(const TriangleMesh& mesh, const Copy& copy) {
     if ((low.array() > bounds.max.array()).any() || (high.array() < bounds.min.array()).any()) {
       continue;
     }
-    result.mesh.triangles.push_back(triangle);
+    Triangle corners;
+    for (int i = 0; i < 3; ++i) {
+      corners[i] = triangle[i] == copy.vertex ? result.vertex : numberOf(triangle[i]);
+    }
+    if (hasTwice(corners)) continue;
+    if (std::ranges::find(corners, result.vertex) != corners.end()) {
+      result.triangles.push_back(static_cast<std::uint32_t>(result.mesh.triangles.size()));
+    }
+    result.mesh.triangles.push_back(corners);
   }
-  std::vector<std::uint32_t> used;
-  for (const Triangle& triangle : result.mesh.triangles) {
-    used.insert(used.end(), triangle.begin(), triangle.end());
-  }
-  std::ranges::sort(used);
-  used.erase(std::unique(used.begin(), used.end()), used.end());
-  const auto numberIn = [&](std::uint32_t vertex) {
-    return static_cast<std::uint32_t>(std::ranges::lower_bound(used, vertex) - used.begin());
-  };
-  for (const std::uint32_t vertex : used) {
-    result.mesh.vertices.emplace_back(mesh.vertices[vertex]);
-  }
-  for (Triangle& triangle : result.mesh.triangles) {
-    for (std::uint32_t& corner : triangle) corner = numberIn(corner);
-  }
-  result.vertex = numberIn(copy.vertex);
   return result;
 }
 
-/// How much is wrong with a surface when equal vertices are one: those vertices, the pairs of
-/// triangles that meet and the flat ones.
-Result<std::size_t> faultsOf(TriangleMesh mesh) {
-  const std::size_t merged = weldVertices(mesh, 0);
-  constexpr std::size_t kCounted = 1000;
-  const auto crossings = findCrossings(mesh, kCounted);
+/// How many pairs of triangles meet that one of these is in, and how many of these are flat.
+Result<std::size_t> faultsOf(std::span<const std::uint32_t> triangles, const TriangleMesh& mesh) {
+  const auto crossings = findCrossingsOf(triangles, mesh);
   if (!crossings) return crossings.error();
-  return merged + crossings->pairs.size() + crossings->flat.size();
+  return crossings->pairs.size() + crossings->flat.size();
+}
+
+/// How much is wrong with the triangles around a copy at a place: whether it is that of another
+/// vertex, the pairs of triangles that meet and the flat ones.
+Result<std::size_t> faultsAt(const Point3& place, Surroundings& around) {
+  TriangleMesh& mesh = around.mesh;
+  mesh.vertices[around.vertex] = place;
+  const auto equal = std::ranges::find(mesh.vertices.begin() + 1, mesh.vertices.end(), place);
+  if (equal == mesh.vertices.end()) return faultsOf(around.triangles, mesh);
+  TriangleMesh merged = mesh;
+  const auto number = static_cast<std::uint32_t>(equal - mesh.vertices.begin());
+  for (const std::uint32_t triangle : around.triangles) {
+    std::ranges::replace(merged.triangles[triangle], around.vertex, number);
+  }
+  auto faults = faultsOf(around.triangles, merged);
+  if (faults) ++*faults;
+  return faults;
 }
 
 /// Moves a copy from its place `from` to where least is wrong around it.
 Result<void> moveToBest(TriangleMesh& mesh, const Copy& copy, const Point3& from) {
   Surroundings around = surroundingsOf(mesh, copy);
-  auto fewest = faultsOf(around.mesh);
+  auto fewest = faultsAt(mesh.vertices[copy.vertex], around);
   if (!fewest) return fewest.error();
   const Point3 side = copy.outward.cross(copy.toNeighbors).stableNormalized();
   for (const double factor : {1.0, 0.1, 0.01}) {
@@ -206,8 +225,7 @@ Result<void> moveToBest(TriangleMesh& mesh, const Copy& copy, const Point3& from
       for (const double sign : {-1.0, 1.0}) {
         if (*fewest == 0) return {};
         const Point3 place = from + sign * factor * copy.step * way;
-        around.mesh.vertices[around.vertex] = place;
-        const auto found = faultsOf(around.mesh);
+        const auto found = faultsAt(place, around);
         if (!found) return found.error();
         if (*found >= *fewest) continue;
         fewest = *found;

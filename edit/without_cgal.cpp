@@ -25,6 +25,11 @@ Result<SurfaceCrossings> findCrossings(const model::TriangleMesh& /*mesh*/, std:
   return noCgal();
 }
 
+Result<SurfaceCrossings> findCrossingsOf(std::span<const std::uint32_t> /*triangles*/,
+                                         const model::TriangleMesh& /*mesh*/) {
+  return noCgal();
+}
+
 Result<std::optional<mesh4d::StepCrossing>> crossingWithin(const model::TriangleMesh& /*mesh*/,
                                                            const model::Slab& /*step*/) {
   return noCgal();
