@@ -1,5 +1,6 @@
 #include "edit/surface_crossings.h"
 
+#include <array>
 #include <cstdint>
 #include <set>
 #include <utility>
@@ -69,6 +70,22 @@ TEST(SurfaceCrossings, CopiesCrossWhereTheOriginalDoes) {
     EXPECT_EQ(std::set(found->pairs.begin(), found->pairs.end()), expected);
     EXPECT_EQ(found->pairs.size(), expected.size());
   }
+}
+
+TEST(SurfaceCrossings, OfSomeTrianglesAreThoseOfAllThatTheyAreIn) {
+  const TriangleMesh one = crossingCubes();
+  const auto all = findCrossings(one, 1000);
+  ASSERT_TRUE(all);
+  std::size_t sum = 0;
+  for (std::uint32_t i = 0; i < one.triangles.size(); ++i) {
+    const auto found = findCrossingsOf(std::array{i}, one);
+    ASSERT_TRUE(found);
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> expected = all->pairs;
+    std::erase_if(expected, [&](const auto& pair) { return pair.first != i && pair.second != i; });
+    EXPECT_EQ(found->pairs, expected);
+    sum += expected.size();
+  }
+  EXPECT_EQ(sum, 2 * all->pairs.size());
 }
 
 TEST(OuterSurface, CutsTheTrianglesThatMeetOthers) {

@@ -1,5 +1,5 @@
 """Robots of the package example-robot-data as they come, each link as its convex hull: pinocchio says where they are,
-FCL how far apart."""
+FCL how far apart. And where planar and floating joints put links."""
 
 import csv
 import os
@@ -113,3 +113,60 @@ def test_links_are_where_pinocchio_puts_them_and_as_far_as_fcl_says(robot, tmp_p
         for pair in csv.DictReader(file):
             wanted = fcl.distance(hull_of(points[pair["a"]]), hull_of(points[pair["b"]]))
             assert abs(float(pair["distance"]) - max(wanted, 0)) < FLOAT32, pair
+
+
+PARTS = {"planar": ["x", "y", "angle"], "floating": ["x", "y", "z", "qx", "qy", "qz", "qw"]}
+
+
+def tree_of_all_joints(rng, links=8):
+    """Boxes, and the type of the joint that moves each but the first."""
+    text, kinds = "", {}
+    for i in range(links):
+        xyz, rpy, size = (" ".join(repr(rng.uniform(0.1, 1)) for _ in range(3)) for _ in range(3))
+        text += f'<link name="l{i}"><collision><geometry><box size="{size}"/></geometry></collision></link>'
+        if i:
+            kinds[f"j{i}"] = rng.choice(["planar", "floating", "revolute"])
+            text += (
+                f'<joint name="j{i}" type="{kinds[f"j{i}"]}"><parent link="l{rng.randrange(i)}"/><child link="l{i}"/>'
+                f'<origin xyz="{xyz}" rpy="{rpy}"/><axis xyz="0 0 1"/>'
+                '<limit lower="-9" upper="9" velocity="99" effort="1"/></joint>'
+            )
+    return f'<robot name="tree">{text}</robot>', kinds
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_planar_and_floating_joints_put_links_where_pinocchio_does(seed, tmp_path):
+    rng = random.Random(seed)
+    text, kinds = tree_of_all_joints(rng)
+    (tmp_path / "tree.urdf").write_text(text)
+    model = pinocchio.buildModelFromUrdf(str(tmp_path / "tree.urdf"))
+    solids = pinocchio.buildGeomFromUrdf(model, str(tmp_path / "tree.urdf"), pinocchio.GeometryType.COLLISION)
+    names, rows, poses = [], [], []
+    for joint, kind in kinds.items():
+        names += [f"{joint}.{part}" for part in PARTS[kind]] if kind in PARTS else [joint]
+    for time in TIMES:
+        q, row = pinocchio.neutral(model), [time]
+        for joint, kind in kinds.items():
+            values = [rng.uniform(-1, 1) for _ in PARTS.get(kind, [0])]
+            own = list(values)
+            if kind == "floating":
+                own[3:] = values[3:] = np.array(values[3:]) / np.linalg.norm(values[3:])
+            elif kind == "planar":
+                own[2:] = [np.cos(values[2]), np.sin(values[2])]
+            at = model.joints[model.getJointId(joint)].idx_q
+            q[at : at + len(own)] = own
+            row += map(float, values)
+        placed = solids.createData()
+        pinocchio.updateGeometryPlacements(model, model.createData(), solids, placed, q)
+        poses.append(placed)
+        rows.append(row)
+    with open(tmp_path / "log.csv", "w", newline="") as file:
+        csv.writer(file).writerows([["time", *names], *rows])
+    t4d("sweep", tmp_path / "tree.urdf", "-m", tmp_path / "log.csv", "-q", "-o", tmp_path / "tree.t4d")
+    corners = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, 8).T
+    for time, placed in zip(TIMES, poses):
+        for solid, pose in zip(solids.geometryObjects, placed.oMg):
+            wanted = corners * np.asarray(solid.geometry.halfSide) @ pose.rotation.T + pose.translation
+            found = slice_of(tmp_path / "tree.t4d", solid.name.rpartition("_")[0], time, tmp_path)
+            far = np.linalg.norm(found[:, None] - wanted[None], axis=2).min(axis=0).max()
+            assert far < 1e-9, (time, solid.name)

@@ -345,6 +345,15 @@ class UrdfReader {
       }
       links_[*child].joint = std::move(joint);
     }
+    for (UrdfLink& link : links_) {
+      if (!link.joint || link.joint->mimics.empty()) continue;
+      if (jointLinks_.contains(link.joint->mimics)) continue;
+      loaded_.notices.push_back(
+          fmt::format("joint '{}' mimics '{}', which is not a joint: it is taken as one that "
+                      "mimics none",
+                      shown(link.joint->name), shown(link.joint->mimics)));
+      link.joint->mimics.clear();
+    }
     return {};
   }
 
@@ -392,7 +401,7 @@ class UrdfReader {
     return {};
   }
 
-  Result<void> readLimits(const XmlElement& element, UrdfJoint& joint) const {
+  Result<void> readLimits(const XmlElement& element, UrdfJoint& joint) {
     const XmlElement* limit = element.child("limit");
     if (limit == nullptr || !joint.moves()) return {};
     const auto velocity = number(*limit, "velocity", joint.velocity);
@@ -409,8 +418,11 @@ class UrdfReader {
     const auto upper = number(*limit, "upper", 0);
     if (!upper) return upper.error();
     if (*lower > *upper) {
-      return wrong(*limit, fmt::format("joint {}: lower is {}, above upper, {}; exchange them",
-                                       inQuotes(joint.name), *lower, *upper));
+      loaded_.notices.push_back(
+          fmt::format("joint '{}': its lower limit is {}, above the upper one, {}: it is taken as "
+                      "without limits",
+                      shown(joint.name), *lower, *upper));
+      return {};
     }
     joint.lower = *lower;
     joint.upper = *upper;
@@ -630,17 +642,11 @@ class UrdfReader {
       if (!link.joint || link.joint->mimics.empty()) continue;
       std::vector<UrdfJoint*> chain = {&*link.joint};
       while (!chain.back()->mimics.empty() && chain.back()->values.empty()) {
-        const auto at = [&] { return file_.atLine(chain.back()->line); };
-        if (!jointLinks_.contains(chain.back()->mimics)) {
-          return invalid(fmt::format("joint {} mimics {}, which is not a joint",
-                                     inQuotes(chain.back()->name), inQuotes(chain.back()->mimics)),
-                         at());
-        }
         UrdfJoint& next = jointNamed(chain.back()->mimics);
         if (std::ranges::find(chain, &next) != chain.end()) {
           return invalid(fmt::format("joint {} mimics itself, by way of {}", inQuotes(next.name),
                                      inQuotes(chain.back()->name)),
-                         at());
+                         file_.atLine(chain.back()->line));
         }
         chain.push_back(&next);
       }
@@ -833,7 +839,9 @@ class UrdfReader {
                                             fmt::join(without, ", ")));
     }
     if (!loaded_.solids.empty()) return {};
-    return invalid(fmt::format("no link has {} geometry", geometry_), file_.path.string());
+    return invalid(fmt::format("no link has {} geometry, of which a solid is made{}", geometry_,
+                               options_.geometry.empty() ? ", nor collision geometry" : ""),
+                   file_.path.string());
   }
 
   Result<void> addSolid(std::size_t index, const XmlElement& element, std::size_t count) {

@@ -29,9 +29,9 @@ struct UrdfOptions {
 /// the root on, with a notice.
 ///
 /// Fails, with the line, on text that is not XML, links and joints that are missing, named twice or
-/// have no root, cycles, unknown types of joints, limits that are
-/// not, meshes that cannot be read, and columns that are no joint. Values beyond limits of position
-/// and velocity are notices.
+/// have no root, cycles, unknown types of joints, meshes that cannot be read, and columns that are
+/// no joint. Notices say values beyond limits of position and velocity, limits that contradict each
+/// other, which are none, and joints that mimic one that is not there.
 Result<LoadedMechanism> readUrdf(const std::filesystem::path& path,
                                  const std::filesystem::path& trajectory,
                                  const UrdfOptions& options = {});

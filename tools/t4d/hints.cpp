@@ -67,6 +67,9 @@ std::string exportHintFor(const std::string& extension) {
       {{".xml", ".mjcf"},
        "a robot of MuJoCo (MJCF) is swept by Python: python3 -m t4d sweep robot.xml --motion "
        "joints.csv"},
+      {{".sdf", ".world"},
+       "a robot or world of Gazebo (SDF) is swept by Python: python3 -m t4d sweep robot.sdf "
+       "--motion joints.csv"},
       {{".3mf", ".amf"}, "a program for 3D printing (a slicer) exports it as .stl"},
       {{".ma", ".mb", ".max", ".c4d", ".hip", ".lwo", ".3dm", ".skp"},
        "export it as glTF 2.0 (.glb), .fbx or .obj in the program that made it"}};
