@@ -82,7 +82,7 @@ class Messages {
       if (trajectories_ > 1) {
         return invalid(fmt::format("has {} trajectories, expected one", trajectories_), name);
       }
-      if (joints_.empty()) {
+      if (chosen().joints.empty()) {
         return invalid(
             "is JSON without joints: expected joint_names and points, or states with "
             "name and position",
@@ -91,11 +91,22 @@ class Messages {
     } catch (const json::exception& error) {
       return invalid("is not a log of joints in JSON: " + jsonMessage(error), name);
     }
-    if (changed_) return invalid("has states of different joints; keep those of one robot", name);
-    return fmt::format("time_s,{}\n{}", fmt::join(joints_, ","), rows_);
+    if (chosen().changed) {
+      return invalid("has states of different joints; keep those of one robot", name);
+    }
+    return fmt::format("time_s,{}\n{}", fmt::join(chosen().joints, ","), chosen().rows);
   }
 
  private:
+  struct Rows {
+    Fields joints;
+    std::string rows;
+    bool changed = false;
+  };
+
+  /// A state beside a trajectory is where that begins.
+  const Rows& chosen() const { return trajectories_ > 0 ? trajectory_ : states_; }
+
   void collect(const json& value) {
     if (value.is_array()) {
       for (const json& one : value) collect(one);
@@ -104,24 +115,50 @@ class Messages {
     if (value.contains("joint_names") && value.contains("points")) return addTrajectory(value);
     if (value.contains("name") && value.contains("position") && value["name"].is_array()) {
       const json& header = value.contains("header") ? value["header"] : value;
-      return addRow(value["name"], header.at("stamp"), value["position"]);
+      return addRow(value["name"], header.at("stamp"), value["position"], states_);
     }
     for (const json& one : value) collect(one);
   }
 
+  /// Those of a robot are there for joints with one value and for those with poses, or empty.
   void addTrajectory(const json& trajectory) {
+    if (trajectory["points"].empty()) return;
     ++trajectories_;
     for (const json& point : trajectory["points"]) {
-      addRow(trajectory["joint_names"], point.at("time_from_start"), point.at("positions"));
+      const json& time = point.at("time_from_start");
+      if (point.contains("transforms")) {
+        addPoses(trajectory["joint_names"], time, point["transforms"]);
+      } else {
+        addRow(trajectory["joint_names"], time, point.at("positions"), trajectory_);
+      }
     }
   }
 
-  void addRow(const json& names, const json& time, const json& positions) {
+  void addPoses(const json& names, const json& time, const json& transforms) {
+    json columns = json::array();
+    json values = json::array();
+    for (const json& name : names) {
+      for (const char* part : {".x", ".y", ".z", ".qx", ".qy", ".qz", ".qw"}) {
+        columns.push_back(name.get<std::string>() + part);
+      }
+    }
+    for (const json& transform : transforms) {
+      for (const char* axis : {"x", "y", "z"}) {
+        values.push_back(transform.at("translation").at(axis));
+      }
+      for (const char* axis : {"x", "y", "z", "w"}) {
+        values.push_back(transform.at("rotation").at(axis));
+      }
+    }
+    addRow(columns, time, values, trajectory_);
+  }
+
+  static void addRow(const json& names, const json& time, const json& positions, Rows& into) {
     const Fields joints = names.get<Fields>();
-    if (joints_.empty()) joints_ = joints;
-    changed_ = changed_ || joints != joints_ || positions.size() != joints.size();
-    rows_ += fmt::format("{},{}\n", secondsOf(time),
-                         fmt::join(positions.get<std::vector<double>>(), ","));
+    if (into.joints.empty()) into.joints = joints;
+    into.changed = into.changed || joints != into.joints || positions.size() != joints.size();
+    into.rows += fmt::format("{},{}\n", secondsOf(time),
+                             fmt::join(positions.get<std::vector<double>>(), ","));
   }
 
   /// The seconds of a stamp or a duration, as ROS 1 and ROS 2 write them.
@@ -135,10 +172,9 @@ class Messages {
   }
 
   const InputFile& file_;
-  Fields joints_;
-  std::string rows_;
+  Rows trajectory_;
+  Rows states_;
   std::size_t trajectories_ = 0;
-  bool changed_ = false;
 };
 
 /// How many names of joints there are in a line of `ros2 topic echo --csv`, behind the stamp and

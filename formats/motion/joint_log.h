@@ -10,7 +10,8 @@ namespace t4d::formats {
 
 /// The table (joint_table.h) of a log of joints in another form; nothing of what is a table by
 /// itself:
-/// * JSON with one trajectory of ROS (trajectory_msgs: `joint_names` and `points`) or states of
+/// * JSON with one trajectory of ROS (trajectory_msgs: `joint_names` and `points`, also of poses,
+///   which become `NAME.x` to `NAME.qw`) or states of
 ///   joints (sensor_msgs: `name` and `position`), at any depth, or a message on each line;
 /// * the lines of `ros2 topic echo --csv` of states, which have no names of columns;
 /// * a table with arrays in cells: `[0.1, 0.2]` in a column `q` become columns `q_0` and `q_1`, or

@@ -38,6 +38,21 @@ TEST(JointLog, TrajectoriesAndStatesInJsonAreTables) {
         {"positions": [-0.25, 2], "time_from_start": {"secs": 1, "nsecs": 500000000}}]})";
   expectTheLog(tableOf(trajectory));
   expectTheLog(tableOf(R"({"joint_trajectory": )" + trajectory + "}"));
+  // As MoveIt publishes it: where it begins, and no poses.
+  expectTheLog(tableOf(R"({"start": {"joint_state": {"header": {"stamp": 0}, "name": ["wrist"],
+      "position": [7]}}, "joint_trajectory": )" +
+                       trajectory +
+                       R"(, "multi_dof_joint_trajectory": {"joint_names": [], "points": []}})"));
+  const JointTable poses = tableOf(
+      R"({"joint_names": ["base"], "points": [
+        {"transforms": [{"translation": {"x": 1, "y": 2, "z": 3},
+                         "rotation": {"x": 0.5, "y": -0.5, "z": 0.25, "w": 1}}], "time_from_start": 0},
+        {"transforms": [{"translation": {"x": 0, "y": 0, "z": 0},
+                         "rotation": {"x": 0, "y": 0, "z": 0, "w": 1}}], "time_from_start": 1}]})",
+      {"base.x", "base.y", "base.z", "base.qx", "base.qy", "base.qz", "base.qw"});
+  ASSERT_EQ(poses.columns.size(), 7U);
+  EXPECT_THAT(poses.find("base.z").column->values, ElementsAre(3, 0));
+  EXPECT_THAT(poses.find("base.qz").column->values, ElementsAre(0.25, 0));
   const std::string first =
       R"({"header": {"stamp": {"sec": 0, "nanosec": 0}}, "name": ["elbow", "wrist"], "position": [0.5, 2]})";
   const std::string second =
