@@ -105,7 +105,7 @@ class Merger {
           fmt::format("cannot be merged: its {} is {}, and that of {} is {}; convert one "
                       "of them first",
                       what, orUnknown(found), before.path.string(), orUnknown(expected)),
-          file.path.string());
+          file.path.string(), Remedy::Units);
     };
     if (one.lengthUnit != other.lengthUnit) {
       return unfit("unit of length", other.lengthUnit, one.lengthUnit);

@@ -20,7 +20,17 @@ struct MergeArguments {
 int run(const MergeArguments& options) {
   ConsoleObserver observer;
   const auto merged = verbs::merge(options.files, options.output, observer);
-  if (!merged) return report(merged.error());
+  if (!merged) {
+    Error error = merged.error();
+    if (error.remedy == Remedy::Units) {  // no option of this verb leaves them as they are
+      error.remedy = Remedy::None;
+      error.message +=
+          ": t4d transform --scale FACTOR --length-unit NAME, --time-scale FACTOR --time-unit "
+          "NAME, "
+          "or --rotate 1 0 0 90 --up AXIS";
+    }
+    return report(error);
+  }
   printNotices(merged->notices);
   if (options.json) {
     printAsJson(*merged);
