@@ -269,6 +269,10 @@ struct ChildProcess::State {
     while (wait4(child, &status, 0, &usage) < 0 && errno == EINTR) {
     }
     child = 0;
+    const auto secondsOf = [](const timeval& time) {
+      return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+    };
+    run.processorSeconds = secondsOf(usage.ru_utime) + secondsOf(usage.ru_stime);
     run.peakBytes = static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
     return status;
   }

@@ -49,6 +49,7 @@ struct ProgramRun {
   std::string output;           ///< standard output
   std::string message;          ///< standard error
   double seconds = 0;           ///< from start to end
+  double processorSeconds = 0;  ///< of all its threads, and of programs that it waited for
   std::uint64_t peakBytes = 0;  ///< peak memory, as counted by the system
 };
 

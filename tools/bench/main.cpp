@@ -28,6 +28,8 @@ struct Options {
   std::string backend = "mesh4d";
   bool large = false;
   bool files = false;
+  std::string against;
+  std::string only;
   bool json = false;
 };
 
@@ -55,14 +57,16 @@ Result<bench::Report> measureFiles(const Options& options) {
   const auto folder = temporaryFolder(options);
   if (!folder) return folder.error();
   const auto program = platform::executablePath().parent_path() / "t4d";
-  auto measured = bench::measureWholeCommands(
-      {options.repetitions, options.large, options.mesh, program, folder->path()}, report);
+  auto measured =
+      bench::measureWholeCommands({options.repetitions, options.large, options.mesh, program,
+                                   folder->path(), options.against, options.only},
+                                  report);
   if (!measured) return measured.error();
   return report;
 }
 
 Result<bench::Report> measure(const Options& options) {
-  if (options.files) return measureFiles(options);
+  if (options.files || !options.against.empty()) return measureFiles(options);
   bench::Report report;
   report.repetitions = options.repetitions;
   if (options.backend == "voxel4d") {
@@ -156,6 +160,11 @@ int main(int argc, char** argv) try {
       "--files", options.files,
       "Time whole commands on files instead: frames that others write, and every verb that "
       "walks through a mesh, on one thread and on two");
+  app.add_option("--against", options.against,
+                 "Another t4d: compare whole commands of this build with it, in pairs of runs")
+      ->check(CLI::ExistingFile);
+  app.add_option("--only", options.only,
+                 "With --files or --against: only commands whose names contain this");
   app.add_flag("--large", options.large,
                "voxel4d: also a shell of 48 million cells a slab, which takes minutes; with "
                "--files: also 1.7 GB of samples");

@@ -104,13 +104,19 @@ class Commands {
                                                run->code, run->message));
   }
 
-  Result<Run> timed(Words words, std::size_t threads) const {
-    words.insert(words.begin(), options_.program.string());
+  /// Runs a command of a build of t4d.
+  Result<platform::ProgramRun> run(const std::filesystem::path& program, Words words,
+                                   std::size_t threads) const {
+    words.insert(words.begin(), program.string());
     words.insert(words.end(), {"--quiet", "--threads", std::to_string(threads)});
+    return ended(words);
+  }
+
+  Result<Run> timed(const Words& words, std::size_t threads) const {
     std::vector<double> seconds;
     Run median;
     for (int i = 0; i < options_.repetitions; ++i) {
-      const auto run = ended(words);
+      const auto run = this->run(options_.program, words, threads);
       if (!run) return run.error();
       seconds.push_back(run->seconds);
       median.peakBytes = std::max(median.peakBytes, run->peakBytes);
@@ -136,10 +142,40 @@ class Commands {
     return said;
   }
 
-  /// A command on one thread and on all; against a peer on one.
+  /// A command of both builds in turn.
+  Result<void> pairs(const std::string& name, const Words& words) {
+    std::vector<double> seconds;
+    std::vector<double> againstSeconds;
+    for (int i = 0; i < options_.repetitions; ++i) {
+      const auto theirs = run(options_.against, words, 1);
+      if (!theirs) return theirs.error();
+      const auto ours = run(options_.program, words, 1);
+      if (!ours) return ours.error();
+      againstSeconds.push_back(theirs->processorSeconds);
+      seconds.push_back(ours->processorSeconds);
+    }
+    report_.rows.push_back(rowOfPairs(name, seconds, "the other build", againstSeconds));
+    return {};
+  }
+
+  /// A command whose output is the input of others.
+  Result<void> input(const std::string& name, const Words& words, const std::string& peerName = {},
+                     const Words& peerArguments = {}) {
+    if (isWanted(name)) return row(name, words, peerName, peerArguments);
+    const auto made = run(options_.program, words, 2);
+    return made ? Result<void>() : made.error();
+  }
+
+  bool isWanted(const std::string& name) const {
+    return name.find(options_.only) != std::string::npos;
+  }
+
+  /// A command on one thread and on all, or in pairs; against a peer on one.
   Result<void> row(const std::string& name, const Words& words, const std::string& peerName = {},
                    const Words& peerArguments = {}) {
+    if (!isWanted(name)) return {};
     fmt::print(stderr, "t4d-bench: {}\n", name);
+    if (!options_.against.empty()) return pairs(name, words);
     const auto one = timed(words, 1);
     if (!one) return one.error();
     const auto two = timed(words, 2);
@@ -166,9 +202,9 @@ class Commands {
         !done) {
       return done;
     }
-    if (auto done = row("weave a dense ball, 64^3 x 34 float (NRRD)",
-                        {"weave", at("ball.nrrd"), "-o", at("ball.t4d")},
-                        "vtkFlyingEdges3D a frame", {"surfaces", at("ball.nrrd")});
+    if (auto done = input("weave a dense ball, 64^3 x 34 float (NRRD)",
+                          {"weave", at("ball.nrrd"), "-o", at("ball.t4d")},
+                          "vtkFlyingEdges3D a frame", {"surfaces", at("ball.nrrd")});
         !done) {
       return done;
     }
@@ -180,6 +216,8 @@ class Commands {
   }
 
   Result<void> levelSets() {
+    const std::string name = "weave 30 level sets (.vdb)";
+    if (!isWanted(name)) return {};
     const std::string mesh = options_.mesh.empty() ? at("bolt.obj") : options_.mesh;
     const auto solid = formats::readTriangleMesh(mesh);
     if (!solid) return solid.error();
@@ -197,12 +235,12 @@ class Commands {
         !made) {
       return made.error();
     }
-    return row("weave 30 level sets (.vdb)", {"weave", at("level-sets"), "-o", at("sets.t4d")});
+    return row(name, {"weave", at("level-sets"), "-o", at("sets.t4d")});
   }
 
   Result<void> swept() {
-    return row("sweep a bolt", {"sweep", at("bolt.obj"), "--motion", at("screw-in.json"), "--up",
-                                "z", "-o", at("bolt.t4d")});
+    return input("sweep a bolt", {"sweep", at("bolt.obj"), "--motion", at("screw-in.json"), "--up",
+                                  "z", "-o", at("bolt.t4d")});
   }
 
   /// Verbs that walk through the slabs.
