@@ -173,9 +173,7 @@ PatchPair parted(const Patch& whole) {
   selectFrom(parts.lower, numbersFrom(0, whole.seamEnd), numbersFrom(0, whole.cellsBefore));
   selectFrom(parts.upper, numbersFrom(whole.seamBegin, whole.vertexCount()),
              numbersFrom(whole.cellsBefore, cells));
-  for (Patch* part : {&parts.lower, &parts.upper}) {
-    part->seamBegin = part->seamEnd = part->cellsBefore = 0;
-  }
+  for (Patch* part : {&parts.lower, &parts.upper}) part->forgetSeam();
   parts.lower.upperCount = layer;
   parts.upper.lowerCount = layer;
   parts.lower.timeEnd = seamTime;

@@ -46,6 +46,8 @@ struct Patch {
     return vertex < lowerCount || vertex >= firstUpper();
   }
   bool isInSeam(std::uint32_t vertex) const { return vertex >= seamBegin && vertex < seamEnd; }
+  /// Makes the vertices of the seam interior ones.
+  void forgetSeam() { seamBegin = seamEnd = cellsBefore = 0; }
 };
 
 /// Makes a patch of consecutive slabs; times become lengths by `timeScale`. The quadrics are those

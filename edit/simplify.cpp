@@ -33,7 +33,7 @@ using Slabs = std::vector<std::shared_ptr<const Slab>>;
 /// farther.
 constexpr double kFirstReach = 0.8;
 
-/// A window after the first step, with what is left to do.
+/// A window after the first step, or several joined, with what is left to do.
 struct Simplified {
   Patch patch;
   Original original = {};  // with a largest error
@@ -91,41 +91,66 @@ class Simplifier {
     return made;
   }
 
-  /// Simplifies the layer between the last window and this one, and puts the last.
+  /// Simplifies the layer between the last window and this one. If they are small together, they
+  /// become one; otherwise the layer stays, and the last is put.
   Result<void> add(Simplified next) {
     if (!last_) {
       last_ = std::move(next);
       return {};
     }
-    if (last_->patch.upperCount > 0 && last_->patch.upperCount == next.patch.lowerCount) {
-      CollapseOptions options = collapse_;
-      options.cells = cellsFor(last_->goal + next.goalNow);
-      Patch whole = joined(std::move(last_->patch), next.patch);
-      if (options_.maxError) {
-        whole = provedCollapse(whole, joined(std::move(last_->original), next.original),
-                               *options_.maxError, options);
-      } else {
-        whole = collapsed(std::move(whole), options).patch;
-      }
-      PatchPair parts = parted(whole);
-      // What the one has too many, the other is to have less, within reason: the last would pay.
-      constexpr double kLeastOfGoal = 0.8;
-      const double excess = static_cast<double>(parts.lower.cells.size()) - last_->goal;
-      next.goal = std::max(kLeastOfGoal * next.goal, next.goal - excess);
-      last_->patch = std::move(parts.lower);
-      next.patch = std::move(parts.upper);
+    if (last_->patch.upperCount == 0 || last_->patch.upperCount != next.patch.lowerCount) {
+      return putLastBefore(std::move(next));
     }
-    auto put = putLast();
-    last_ = std::move(next);
-    return put;
+    const bool joins = isJoinedWith(next);
+    CollapseOptions options = collapse_;
+    options.cells = cellsFor(lastGoal() + next.goalNow);
+    Patch whole = joined(std::move(last_->patch), next.patch);
+    if (joins) whole.forgetSeam();
+    Original original = joined(std::move(last_->original), next.original);
+    if (options_.maxError) {
+      whole = provedCollapse(whole, original, *options_.maxError, options);
+    } else {
+      whole = collapsed(std::move(whole), options).patch;
+    }
+    if (joins) {
+      last_ = Simplified{std::move(whole), std::move(original), last_->goal + next.goal};
+      return {};
+    }
+    PatchPair parts = parted(whole);
+    last_->patch = std::move(parts.lower);
+    next.patch = std::move(parts.upper);
+    return putLastBefore(std::move(next));
   }
 
   Result<void> putLast() {
+    excess_ += static_cast<double>(last_->patch.cells.size()) - last_->goal;
     for (model::Point4& vertex : last_->patch.vertices) vertex.head<3>() += origin_;
     return sink_.put(slabOf(std::move(last_->patch), timeScale_));
   }
 
  private:
+  Result<void> putLastBefore(Simplified next) {
+    auto put = putLast();
+    last_ = std::move(next);
+    return put;
+  }
+
+  /// The goal of the last window, less what those before it have too many, within reason: one
+  /// window would pay for all.
+  double lastGoal() const {
+    constexpr double kLeastOfGoal = 0.9;
+    return std::max(kLeastOfGoal * last_->goal, last_->goal - excess_);
+  }
+
+  /// Whether the last window and this one, which share a layer, become one slab. Slabs without
+  /// thickness stay, and windows of a given length.
+  bool isJoinedWith(const Simplified& next) const {
+    const auto isFlat = [](const Patch& patch) { return patch.timeBegin == patch.timeEnd; };
+    return !options_.windowSlabs && !isFlat(last_->patch) && !isFlat(next.patch) &&
+           last_->patch.cells.size() <= options_.windowCells &&
+           2 * (last_->goal + next.goal) <= static_cast<double>(options_.windowCells);
+  }
+
   /// Each vertex that is in a slice, and the middle of each edge that is long against the largest
   /// error.
   void addSamples(Patch& patch) const {
@@ -174,6 +199,7 @@ class Simplifier {
   model::Sink& sink_;
   CollapseOptions collapse_;
   std::optional<Simplified> last_;
+  double excess_ = 0;  // how many cells more than their goals the windows put have
 };
 
 Result<void> checkOptions(const SimplifyOptions& options) {
@@ -248,7 +274,7 @@ Result<SimplifyReport> simplify(const model::Source& source, const SimplifyOptio
                                 model::Sink& sink, const model::Progress& progress) {
   if (auto sound = checkOptions(options); !sound) return sound.error();
   if (source.slabCount() == 0) return invalid("the mesh has no cells");
-  const auto all = windowsOf(source, options.windowSlabs);
+  const auto all = windowsOf(source, options.windowSlabs, options.windowCells);
   if (!all) return all.error();
   const auto windows = windowsOfPart(*all, options.part);
   if (!windows) return windows.error();

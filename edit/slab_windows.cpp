@@ -7,9 +7,6 @@
 namespace t4d::edit {
 namespace {
 
-/// Windows of more slabs than have so many cells gain little.
-constexpr std::uint64_t kWindowCells = 250'000;
-
 Result<std::uint64_t> cellsOf(const model::Source& source, std::size_t index) {
   if (const auto count = source.cellCount(index)) return *count;
   const auto slab = source.slab(index);
@@ -20,7 +17,7 @@ Result<std::uint64_t> cellsOf(const model::Source& source, std::size_t index) {
 }  // namespace
 
 Result<std::vector<Window>> windowsOf(const model::Source& source,
-                                      std::optional<std::uint64_t> slabs) {
+                                      std::optional<std::uint64_t> slabs, std::uint64_t mostCells) {
   std::vector<Window> windows;
   std::uint64_t inWindow = 0;
   bool wasFlat = true;
@@ -30,7 +27,7 @@ Result<std::vector<Window>> windowsOf(const model::Source& source,
     const model::TimeSpan time = source.timeSpan(i);
     const bool isFlat = time.begin == time.end;
     const bool isFull = windows.empty() || (slabs ? i - windows.back().begin >= *slabs
-                                                  : inWindow + *cells > kWindowCells);
+                                                  : inWindow + *cells > mostCells);
     if (isFull || isFlat || wasFlat) {
       windows.push_back({i, i});
       inWindow = 0;

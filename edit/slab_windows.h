@@ -14,11 +14,11 @@ struct Window {
   std::size_t end = 0;  ///< one more than the last
 };
 
-/// Divides all slabs into windows of this many slabs, or by default enough for some hundred
-/// thousand cells. A slab without thickness, such as a cap, is a window of its own. Reads slabs
-/// only if needed to count cells.
+/// Divides all slabs into windows of `slabs` slabs, or without that of as many as have `mostCells`
+/// cells. A slab without thickness, such as a cap, is a window of its own. Reads slabs only if
+/// needed to count cells.
 Result<std::vector<Window>> windowsOf(const model::Source& source,
-                                      std::optional<std::uint64_t> slabs);
+                                      std::optional<std::uint64_t> slabs, std::uint64_t mostCells);
 
 /// The windows of a part; parts have about the same number of slabs. Fails (Options) if there are
 /// fewer windows than parts.

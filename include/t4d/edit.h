@@ -130,8 +130,10 @@ struct SimplifyOptions {
   /// The name of a cell attribute; borders between cells with different values are kept. "" for
   /// none.
   std::string preserve = {};
-  /// The number of slabs that become one; by default enough for some hundred thousand cells.
+  /// The number of slabs that become one. By default as many as have `windowCells` cells become one
+  /// first, and then as many of these as are to have half as many cells left.
   std::optional<std::uint64_t> windowSlabs = {};
+  std::uint64_t windowCells = 250'000;
   /// Simplifies only some of the windows. Layers where parts meet are not changed, so parts
   /// simplified with the same options fit together (formats::joinT4d).
   model::Part part = {};
@@ -161,8 +163,10 @@ struct SimplifyReport {
 ///
 /// Slabs are grouped into windows, each of which becomes one slab; a slab without thickness is a
 /// window of its own. Each window is simplified except for its first and last layer; then each
-/// layer between two windows, with the cells on both sides. Two windows, and one more for each
-/// thread, are in memory. The result does not depend on the number of threads.
+/// layer between two windows, with the cells on both sides. Windows with few cells left become one,
+/// since a layer that stays needs more cells than the shape. Two windows, and one more for each
+/// thread, are in memory; with a maximum error also what they were made from. The result does not
+/// depend on the number of threads.
 ///
 /// Reads the mesh, or its part, twice. Fails for a mesh that is not closed, oriented and manifold
 /// (except at the apex of a conical cap), for contradictory options, and for more parts than
