@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <bit>
 #include <cstring>
 #include <memory>
 #include <optional>
+#include <type_traits>
+#include <utility>
 
 #include <fmt/format.h>
 #include <zstd.h>
@@ -56,47 +59,73 @@ std::uint32_t numberAt(std::span<const std::byte> bytes, std::size_t index) {
   return number;
 }
 
+/// What a thread needs for a block, kept from one to the next: fresh memory of these sizes costs
+/// more than what is done with it.
+struct Workspace {
+  Bytes rows;
+  Bytes content;
+  std::vector<std::uint32_t> others;
+  Bytes frame;
+  std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context{ZSTD_createCCtx(), &ZSTD_freeCCtx};
+
+  static Workspace& ofThread() {
+    thread_local Workspace own;
+    return own;
+  }
+};
+
+/// The first `size` elements of a buffer, which grows if it must.
+template <class T>
+std::span<T> firstOf(std::vector<T>& buffer, std::size_t size) {
+  if (buffer.size() < size) buffer.resize(size);
+  return std::span(buffer).first(size);
+}
+
 /// The content of a frame of codec 2: for each number how many places before it the same number
-/// stands, transposed; then, for those where this is 0, the difference to the last such number.
+/// stands, at most `farthest`, transposed; then, for those where this is 0, the difference to the
+/// last such number.
 ///
 /// Only the last number of each remainder is looked up, so a repeated number may be missed where
 /// two numbers share one; that costs a few bytes and no correctness.
-Bytes repeatsOf(std::span<const std::byte> from, std::size_t components) {
+///
+/// `Components` is the number of components of a row, or a constant of it.
+template <class Components>
+std::span<const std::byte> repeatsOf(std::span<const std::byte> from, Components components,
+                                     std::uint32_t farthest, Workspace& work) {
   constexpr std::uint32_t kSlots = 4096;
-  constexpr std::uint32_t kFarthest = 255;
-  struct Seen {
-    std::uint32_t number;
-    std::uint32_t end;  // one more than the place of the number
-  };
-  std::array<Seen, kSlots> seen;
+  // Where a number was seen last, counted from 1, in the upper half, and the number in the lower.
+  std::array<std::uint64_t, kSlots> seen;
   // No number of a slot equals what it starts with.
-  for (std::uint32_t slot = 0; slot < kSlots; ++slot) seen[slot] = {slot + 1, 0};
+  for (std::uint32_t slot = 0; slot < kSlots; ++slot) seen[slot] = slot + 1;
   const std::size_t count = from.size() / sizeof(std::uint32_t);
   const std::size_t rows = count / components;
-  Bytes content(count);
-  std::vector<std::uint32_t> others(count);
+  const auto content = firstOf(work.content, count + from.size());
+  std::uint32_t* const others = firstOf(work.others, count + 1).data();
   std::size_t otherCount = 0;
-  std::uint32_t last = 0;
-  std::uint32_t i = 0;
+  std::size_t i = 0;
   for (std::size_t row = 0; row < rows; ++row) {
     for (std::size_t k = 0; k < components; ++k) {
       const std::uint32_t number = numberAt(from, i++);
-      Seen& slot = seen[number % kSlots];
-      const std::uint32_t back = i - slot.end;
+      std::uint64_t& slot = seen[number % kSlots];
+      const std::uint64_t here = std::uint64_t{i} << 32U | number;
+      // The way back if the numbers are the same; if not, beyond 32 bits.
+      const std::uint64_t back = std::rotr(here - slot, 32);
       // No branches: whether a number repeats another is hard to predict.
-      const bool repeats = (slot.number == number) & (back <= kFarthest);
+      const bool repeats = back <= farthest;
       content[k * rows + row] = static_cast<std::byte>(repeats ? back : 0);
-      const std::uint32_t step = number - last;
-      others[otherCount] = step << 1U ^ (step >> 31U != 0 ? ~0U : 0U);
+      others[otherCount] = number;
       otherCount += repeats ? 0 : 1;
-      last = repeats ? last : number;
-      slot = {number, i};
+      slot = here;
     }
   }
-  content.resize(count + otherCount * sizeof(std::uint32_t));
-  transpose(std::as_bytes(std::span(others).first(otherCount)), sizeof(std::uint32_t),
+  std::uint32_t last = 0;
+  for (std::uint32_t& other : std::span(others, otherCount)) {
+    const std::uint32_t step = other - std::exchange(last, other);
+    other = step << 1U ^ (step >> 31U != 0 ? ~0U : 0U);
+  }
+  transpose(std::as_bytes(std::span(others, otherCount)), sizeof(std::uint32_t),
             content.data() + count);
-  return content;
+  return content.first(count + otherCount * sizeof(std::uint32_t));
 }
 
 Result<void> numbersOfRepeats(std::span<const std::byte> content, std::size_t components,
@@ -134,16 +163,15 @@ Result<void> numbersOfRepeats(std::span<const std::byte> content, std::size_t co
 }
 
 /// One zstd frame; empty if zstd fails. A `windowLog` of 0 means the level's default.
-Bytes zstdFrame(ZSTD_CCtx* context, std::span<const std::byte> bytes, int level, int windowLog) {
-  Bytes frame(ZSTD_compressBound(bytes.size()));
+std::span<const std::byte> zstdFrame(std::span<const std::byte> bytes, int level, int windowLog,
+                                     Workspace& work) {
+  const auto frame = firstOf(work.frame, ZSTD_compressBound(bytes.size()));
+  ZSTD_CCtx* const context = work.context.get();
   ZSTD_CCtx_setParameter(context, ZSTD_c_compressionLevel, level);
   ZSTD_CCtx_setParameter(context, ZSTD_c_windowLog, windowLog);
   const std::size_t size =
       ZSTD_compress2(context, frame.data(), frame.size(), bytes.data(), bytes.size());
-  if (ZSTD_isError(size) != 0) return {};
-  frame.resize(size);
-  frame.shrink_to_fit();
-  return frame;
+  return ZSTD_isError(size) != 0 ? std::span<const std::byte>() : frame.first(size);
 }
 
 /// An array to be stored, and where its blocks come from.
@@ -158,27 +186,51 @@ struct ArrayRows {
   std::uint64_t bytes() const { return count * rowBytes(); }
 };
 
+/// How a block of repeats is sought and compressed.
+struct RepeatsEffort {
+  std::uint32_t farthest = 255;
+  int level;
+
+  /// In blocks of many numbers, such as the cells of a woven slab, references to numbers far back
+  /// are no more regular than differences are. Without them, zstd at level 1 makes as few bytes as
+  /// it makes with them at level 3, in half the time.
+  static RepeatsEffort of(std::size_t numbers, int level) {
+    constexpr std::size_t kMany = std::size_t{1} << 15;
+    constexpr int kUsualLevel = 3;
+    if (numbers < kMany || level > kUsualLevel) return {.level = level};
+    return {.farthest = 64, .level = 1};
+  }
+};
+
 /// One block in a zstd frame.
 Bytes compressedBlock(std::span<const std::byte> rows, const ArrayRows& array, Codec codec,
                       int level) {
-  // Kept, since making one takes a tenth of the time of a block.
-  thread_local const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(),
-                                                                                  &ZSTD_freeCCtx);
-  Bytes content;
+  Workspace& work = Workspace::ofThread();
+  std::span<const std::byte> content;
   if (codec == Codec::Repeats) {
-    content = repeatsOf(rows, array.components);
+    const auto effort = RepeatsEffort::of(rows.size() / sizeof(std::uint32_t), level);
+    level = effort.level;
+    constexpr std::integral_constant<std::size_t, 4> kCell;
+    content = array.components == kCell
+                  ? repeatsOf(rows, kCell, effort.farthest, work)
+                  : repeatsOf(rows, std::size_t{array.components}, effort.farthest, work);
   } else {
-    content.resize(rows.size());
-    transpose(rows, array.rowBytes(), content.data());
+    const auto transposed = firstOf(work.content, rows.size());
+    transpose(rows, array.rowBytes(), transposed.data());
+    content = transposed;
   }
-  Bytes frame = zstdFrame(context.get(), content, level, 0);
+  auto frame = zstdFrame(content, level, 0, work);
   if (frame.size() * t4d_layout::kMaxExpansion < rows.size()) {
     // A block of zstd holds at most one window and takes at least 4 bytes, and a byte of content
     // stands for up to four of the array: 4 KiB or 1 KiB stays within the limit.
     const int windowLog = codec == Codec::Repeats ? 10 : 12;
-    frame = zstdFrame(context.get(), content, level, windowLog);
+    frame = zstdFrame(content, level, windowLog, work);
   }
-  return frame;
+  Bytes block(frame.begin(), frame.end());
+  // Rows of many numbers are rare: the memory for them is not kept.
+  constexpr std::size_t kMostKept = std::size_t{4} << 20;
+  if (rows.size() > kMostKept) work.content = work.frame = {};
+  return block;
 }
 
 /// The blocks of an array as they are made: those after the first few megabytes wait in a file.
@@ -207,8 +259,8 @@ std::vector<StoredBlock> compressed(const ArrayRows& array, Codec codec, int lev
   WaitingBlocks made(blockCount(array.count));
   std::atomic<bool> failed = false;
   model::forEach(made.blocks().size(), [&](std::size_t i) {
-    Bytes space;
-    Bytes block = compressedBlock(array.block(i, space), array, codec, level);
+    const auto rows = array.block(i, Workspace::ofThread().rows);
+    Bytes block = compressedBlock(rows, array, codec, level);
     if (block.empty()) failed = true;
     made.set(i, std::move(block));
   });
@@ -219,9 +271,8 @@ std::vector<StoredBlock> compressed(const ArrayRows& array, Codec codec, int lev
 std::vector<StoredBlock> uncompressed(const ArrayRows& array) {
   WaitingBlocks made(blockCount(array.count));
   for (std::size_t i = 0; i < made.blocks().size(); ++i) {
-    Bytes space;
-    const auto rows = array.block(i, space);
-    made.set(i, rows.data() == space.data() ? std::move(space) : Bytes(rows.begin(), rows.end()));
+    const auto rows = array.block(i, Workspace::ofThread().rows);
+    made.set(i, Bytes(rows.begin(), rows.end()));
   }
   return std::move(made.blocks());
 }
@@ -327,10 +378,10 @@ void putArray(PayloadWriter& into, const MadeArray& array, int level) {
   const std::size_t rowBytes = model::scalarSize(array.type) * array.components;
   const auto block = [&](std::size_t i, Bytes& space) -> std::span<const std::byte> {
     const std::uint64_t first = i * kBlockRows;
-    space.resize(std::min(kBlockRows, array.rows - first) * rowBytes);
-    // A thread that waits here must not begin another block, which would need memory, too.
-    model::isolate([&] { array.make(first, space); });
-    return space;
+    const auto rows = firstOf(space, std::min(kBlockRows, array.rows - first) * rowBytes);
+    // A thread that waits here must not begin another block, which would use the same memory.
+    model::isolate([&] { array.make(first, rows); });
+    return rows;
   };
   putRows(into, {array.type, array.components, array.rows, block}, level);
 }

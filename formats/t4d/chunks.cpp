@@ -97,34 +97,37 @@ void forEachCellBlock(const Connectivity& connectivity, Visit visit) {
 }  // namespace
 
 BlockRanges rangesOf(std::span<const model::Cell> cells, const model::VertexCounts& counts) {
-  BlockRanges ranges{};
   const std::span<const std::uint32_t> corners(cells.empty() ? nullptr : cells.front().data(),
                                                4 * cells.size());
-  const std::array<std::uint32_t, 4> parts = {0, counts.lowerCount, counts.firstUpper(),
-                                              counts.vertexCount};
+  // Compilers vectorise signed numbers and masks.
+  const auto ordered = [](std::uint32_t vertex) {
+    return static_cast<std::int32_t>(vertex ^ 0x80000000U);
+  };
+  constexpr std::int32_t kLeast = std::numeric_limits<std::int32_t>::min();
+  constexpr std::int32_t kMost = std::numeric_limits<std::int32_t>::max();
+  const std::int32_t interior = ordered(counts.lowerCount);
+  const std::int32_t upper = ordered(counts.firstUpper());
+  // The first vertex of all, the first not below the interior, and the first of the upper layer; of
+  // those before the interior, before the upper layer, and of all, the last.
+  std::array<std::int32_t, 3> first = {kMost, kMost, kMost};
+  std::array<std::int32_t, 3> last = {kLeast, kLeast, kLeast};
+  for (const std::uint32_t vertex : corners) {
+    const std::int32_t place = ordered(vertex);
+    const std::int32_t isLower = -static_cast<std::int32_t>(place < interior);
+    const std::int32_t isBefore = -static_cast<std::int32_t>(place < upper);
+    first[0] = std::min(first[0], place);
+    first[1] = std::min(first[1], (place & ~isLower) | (kMost & isLower));
+    first[2] = std::min(first[2], (place & ~isBefore) | (kMost & isBefore));
+    last[0] = std::max(last[0], (place & isLower) | (kLeast & ~isLower));
+    last[1] = std::max(last[1], (place & isBefore) | (kLeast & ~isBefore));
+    last[2] = std::max(last[2], place);
+  }
+  BlockRanges ranges{};
+  const std::array<std::int32_t, 3> ends = {interior, upper, kMost};
   for (std::size_t part = 0; part < 3; ++part) {
-    const std::uint32_t begin = parts[part];
-    const std::uint32_t size = parts[part + 1] - begin;
-    // Numbers below `begin` come out beyond `size`. Compilers vectorise signed numbers and a mask.
-    const auto ordered = [](std::uint32_t place) {
-      return static_cast<std::int32_t>(place - 0x80000000U);
-    };
-    constexpr std::int32_t kNone = std::numeric_limits<std::int32_t>::min();
-    const std::int32_t beyond = ordered(size);
-    std::int32_t first = beyond;
-    std::int32_t last = kNone;
-    for (const std::uint32_t vertex : corners) {
-      const std::int32_t place = ordered(vertex - begin);
-      const std::int32_t inside = -static_cast<std::int32_t>(place < beyond);
-      first = std::min(first, place);
-      last = std::max(last, (place & inside) | (kNone & ~inside));
-    }
-    if (first == beyond) continue;
-    const auto numberOf = [&](std::int32_t place) {
-      return begin + static_cast<std::uint32_t>(place) + 0x80000000U;
-    };
-    ranges[2 * part] = numberOf(first);
-    ranges[2 * part + 1] = numberOf(last) + 1;
+    if (first[part] >= ends[part]) continue;
+    ranges[2 * part] = static_cast<std::uint32_t>(first[part]) ^ 0x80000000U;
+    ranges[2 * part + 1] = (static_cast<std::uint32_t>(last[part]) ^ 0x80000000U) + 1;
   }
   return ranges;
 }
@@ -135,6 +138,11 @@ std::vector<BlockRanges> rangesOfBlocks(const Connectivity& connectivity) {
   const std::uint32_t firstUpper = connectivity.firstUpper();
   const model::Means& means = connectivity.means;
   forEachCellBlock(connectivity, [&](std::size_t begin, std::size_t end) {
+    if (means.size() == 0) {
+      const std::span cells(connectivity.cells);
+      all.push_back(rangesOf(cells.subspan(begin, end - begin), connectivity));
+      return;
+    }
     BlockRanges ranges{};
     const auto add = [&](std::uint32_t vertex) { extend(ranges, vertex, connectivity); };
     for (std::size_t i = begin; i < end; ++i) {
@@ -218,19 +226,32 @@ struct MadeBlock {
 
  private:
   void addBounds(const model::StreamedSlab& slab, std::span<const model::Cell> cells) {
-    for (std::size_t part = 0; part < ranges.size(); part += 2) {
-      const std::uint32_t begin = ranges[part];
-      if (begin == ranges[part + 1]) continue;
-      std::vector<Point4> vertices(ranges[part + 1] - begin);
-      slab.vertices(begin, vertices);
-      // Cells share most vertices: each is added once. The last mark is for those of other parts.
-      const auto count = static_cast<std::uint32_t>(vertices.size());
-      std::vector<std::uint8_t> used(count + std::size_t{1});
-      for (const model::Cell& cell : cells) {
-        for (const std::uint32_t vertex : cell) used[std::min(vertex - begin, count)] = 1;
+    // Cells share most vertices: each is added once. The marks of the three ranges follow one
+    // another.
+    std::array<std::uint32_t, 3> shifts{};  // from the number of a vertex to its mark
+    std::uint32_t count = 0;
+    for (std::size_t part = 0; part < 3; ++part) {
+      shifts[part] = count - ranges[2 * part];
+      count += ranges[2 * part + 1] - ranges[2 * part];
+    }
+    thread_local std::vector<std::uint8_t> used;
+    used.assign(count, 0);
+    const std::uint32_t firstUpper = slab.firstUpper();
+    for (const model::Cell& cell : cells) {
+      for (const std::uint32_t vertex : cell) {
+        const std::uint32_t shift = vertex < slab.lowerCount ? shifts[0]
+                                    : vertex < firstUpper    ? shifts[1]
+                                                             : shifts[2];
+        used[vertex + shift] = 1;
       }
-      for (std::size_t i = 0; i < count; ++i) {
-        if (used[i] != 0) bounds.add(vertices[i]);
+    }
+    thread_local std::vector<Point4> vertices;
+    for (std::size_t part = 0; part < 3; ++part) {
+      const std::uint32_t begin = ranges[2 * part];
+      vertices.resize(ranges[2 * part + 1] - begin);
+      slab.vertices(begin, vertices);
+      for (std::size_t i = 0; i < vertices.size(); ++i) {
+        if (used[begin + shifts[part] + i] != 0) bounds.add(vertices[i]);
       }
     }
   }

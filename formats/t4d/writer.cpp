@@ -34,6 +34,30 @@ using model::Point4;
 using model::Slab;
 using model::StreamedSlab;
 
+/// A slab whose vertices are made once, where they are few: writing asks for most of them five
+/// times.
+class WithVertices : public StreamedSlab {
+ public:
+  explicit WithVertices(const StreamedSlab& slab) : StreamedSlab(slab), slab_(slab) {
+    constexpr std::uint32_t kFew = std::uint32_t{1} << 18;
+    if (vertexCount > kFew) return;
+    vertices_.resize(vertexCount);
+    slab.vertices(0, vertices_);
+  }
+
+  void vertices(std::uint32_t first, std::span<Point4> into) const override {
+    if (vertices_.empty()) return slab_.vertices(first, into);
+    std::copy_n(vertices_.begin() + first, into.size(), into.begin());
+  }
+  void cells(std::uint64_t first, std::span<model::Cell> into) const override {
+    slab_.cells(first, into);
+  }
+
+ private:
+  const StreamedSlab& slab_;
+  std::vector<Point4> vertices_;
+};
+
 }  // namespace
 
 class T4dWriter::File {
@@ -113,7 +137,7 @@ class T4dWriter::File {
     Result<void> putStreamed(const StreamedSlab& slab) override {
       // Only the whole slab tells what rounding does to cells.
       if (file_.arrays_.float32 || file_.step_) return put(assembled(slab));
-      return file_.put(*this, [&] { return file_.putStreamed(*this, slab); });
+      return file_.put(*this, [&] { return file_.putStreamed(*this, WithVertices(slab)); });
     }
 
     std::uint32_t index;
