@@ -192,13 +192,13 @@ struct RepeatsEffort {
   int level;
 
   /// In blocks of many numbers, such as the cells of a woven slab, references to numbers far back
-  /// are no more regular than differences are. Without them, zstd at level 1 makes as few bytes as
-  /// it makes with them at level 3, in half the time.
+  /// are no more regular than differences are. Without them, zstd at level 1 makes about as few
+  /// bytes (1 to 4 % more) as it makes with them at level 3, in half the time.
   static RepeatsEffort of(std::size_t numbers, int level) {
     constexpr std::size_t kMany = std::size_t{1} << 15;
     constexpr int kUsualLevel = 3;
     if (numbers < kMany || level > kUsualLevel) return {.level = level};
-    return {.farthest = 64, .level = 1};
+    return {.farthest = 96, .level = 1};
   }
 };
 
