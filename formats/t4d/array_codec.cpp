@@ -181,6 +181,7 @@ struct ArrayRows {
   std::uint64_t count;
   /// The rows of a block; `space` is theirs to use.
   std::function<std::span<const std::byte>(std::size_t block, Bytes& space)> block;
+  bool isMany = false;
 
   std::size_t rowBytes() const { return model::scalarSize(type) * components; }
   std::uint64_t bytes() const { return count * rowBytes(); }
@@ -194,10 +195,10 @@ struct RepeatsEffort {
   /// In blocks of many numbers, such as the cells of a woven slab, references to numbers far back
   /// are no more regular than differences are. Without them, zstd at level 1 makes about as few
   /// bytes (1 to 4 % more) as it makes with them at level 3, in half the time.
-  static RepeatsEffort of(std::size_t numbers, int level) {
-    constexpr std::size_t kMany = std::size_t{1} << 15;
+  static RepeatsEffort of(const ArrayRows& array, std::size_t numbers, int level) {
+    constexpr std::size_t kMany = std::size_t{1} << 17;
     constexpr int kUsualLevel = 3;
-    if (numbers < kMany || level > kUsualLevel) return {.level = level};
+    if (!array.isMany || numbers < kMany || level > kUsualLevel) return {.level = level};
     return {.farthest = 96, .level = 1};
   }
 };
@@ -208,7 +209,7 @@ Bytes compressedBlock(std::span<const std::byte> rows, const ArrayRows& array, C
   Workspace& work = Workspace::ofThread();
   std::span<const std::byte> content;
   if (codec == Codec::Repeats) {
-    const auto effort = RepeatsEffort::of(rows.size() / sizeof(std::uint32_t), level);
+    const auto effort = RepeatsEffort::of(array, rows.size() / sizeof(std::uint32_t), level);
     level = effort.level;
     constexpr std::integral_constant<std::size_t, 4> kCell;
     content = array.components == kCell
@@ -370,8 +371,10 @@ void putArray(PayloadWriter& into, const ArrayView& array, int level) {
     const auto from = array.bytes.subspan(i * blockBytes);
     return from.first(std::min(blockBytes, from.size()));
   };
-  putRows(into, {array.type, array.components, array.bytes.size() / array.rowBytes(), block},
-          level);
+  putRows(
+      into,
+      {array.type, array.components, array.bytes.size() / array.rowBytes(), block, array.isMany},
+      level);
 }
 
 void putArray(PayloadWriter& into, const MadeArray& array, int level) {
@@ -383,7 +386,7 @@ void putArray(PayloadWriter& into, const MadeArray& array, int level) {
     model::isolate([&] { array.make(first, rows); });
     return rows;
   };
-  putRows(into, {array.type, array.components, array.rows, block}, level);
+  putRows(into, {array.type, array.components, array.rows, block, array.isMany}, level);
 }
 
 Result<PackedArray> takePacked(PayloadReader& from, const Features& features) {

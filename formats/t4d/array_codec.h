@@ -33,6 +33,7 @@ struct ArrayView {
   model::ScalarType type = model::ScalarType::Float64;
   std::uint8_t components = 1;
   std::span<const std::byte> bytes;
+  bool isMany = false;  ///< large blocks are to be compressed in less time
 
   std::size_t rowBytes() const { return model::scalarSize(type) * components; }
 };
@@ -54,6 +55,7 @@ struct MadeArray {
   /// Sets `into` to the rows of one block, from number `first` on. Called by several threads at
   /// once, and perhaps again for the same block.
   std::function<void(std::uint64_t first, std::span<std::byte> into)> make;
+  bool isMany = false;  ///< large blocks are to be compressed in less time
 };
 void putArray(t4d_layout::PayloadWriter& into, const MadeArray& array, int level);
 

@@ -270,7 +270,7 @@ Result<StreamedConnectivity> encodeConnectivity(const model::StreamedSlab& slab,
     block = {};
     block.make(slab, first, into);
   };
-  putArray(cells, MadeArray{ScalarType::UInt32, 4, slab.cellCount, make}, level);
+  putArray(cells, MadeArray{ScalarType::UInt32, 4, slab.cellCount, make, /*isMany=*/true}, level);
   StreamedConnectivity made;
   std::vector<BlockRanges> ranges;
   for (const MadeBlock& block : blocks) {
@@ -289,7 +289,10 @@ PayloadWriter encodeConnectivity(const Connectivity& connectivity, const ArrayOp
   PayloadWriter payload;
   putCounts(payload, connectivity, connectivity.means.size(), connectivity.cellAttributes.size(),
             rangesOfBlocks(connectivity));
-  putArray(payload, {ScalarType::UInt32, 4, std::as_bytes(std::span(connectivity.cells))}, level);
+  // Swept solids, which have means, store few connectivities.
+  const bool isMany = connectivity.means.size() == 0;
+  putArray(payload, {ScalarType::UInt32, 4, std::as_bytes(std::span(connectivity.cells)), isMany},
+           level);
   if (connectivity.means.size() > 0) {
     std::vector<std::uint32_t> sizes;
     for (std::uint32_t i = 0; i < connectivity.means.size(); ++i) {
