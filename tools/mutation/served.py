@@ -1,5 +1,5 @@
 """Mutants of the checks of the reader in C++, which serves the cases of the conformance kit: all are compiled at once
-into the two sources in which the build has the library of .t4d files, and linked with the rest of the build."""
+into the few sources in which the build has the library of .t4d files, and linked with the rest of the build."""
 
 import json
 import re
@@ -36,11 +36,11 @@ def write(path, text):
 
 
 def compile_unit(entry, mutated):
-    """(object, messages): one of the sources of the library, which includes others; of these some have mutants."""
+    """(object, messages): one of the sources of the library, or one that includes several; some have mutants."""
     unit = Path(entry["file"])
     source = FOLDER / unit.name
-    text = re.sub(rf'"{ROOT}/(.*)"', lambda found: f'"{FOLDER / found[1]}"' if found[1] in mutated else found[0],
-                  unit.read_text())
+    text = unit.read_text() if "Unity" in unit.parts else f'#include "{unit}"\n'
+    text = re.sub(rf'"{ROOT}/(.*)"', lambda found: f'"{FOLDER / found[1]}"' if found[1] in mutated else found[0], text)
     write(source, text.encode())
     words = shlex.split(re.sub(r"-include \S+", "", entry["command"]))
     flags = [word for word in words[words.index("-o") + 2:] + words[:words.index("-o")]
@@ -68,7 +68,7 @@ def build(mutants):
     before = {tuple(key) for key in json.loads(kept.read_text())} if kept.exists() else set()
     rejected = [mutant for mutant in mutants if (*mutant.key, mutant.edits[0].begin) in before]
     units = [entry for entry in json.loads((BUILD / "compile_commands.json").read_text())
-             if "/t4d_file.dir/Unity/" in entry["file"]]
+             if re.search(r"-o \S*/t4d_file\.dir/\S+\.(cpp|cxx)\.o", entry["command"])]
     while True:
         write(FOLDER / schemata.HEADER, schemata.header(mutants).encode())
         lines = {}
