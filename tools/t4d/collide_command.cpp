@@ -459,7 +459,7 @@ std::optional<std::string> misuseOf(const CollideArguments& options,
 /// The report, with the member that `t4d join` needs of a part.
 std::string jsonOf(const CollideArguments& options, const verbs::CollideReport& found,
                    std::span<const verbs::Input> inputs) {
-  return options.part.inReport(verbs::reportText(found), [&] {
+  return options.part.inReport(verbs::Members::valueOf(found), [&] {
     auto files = nlohmann::ordered_json::object();
     for (const verbs::Input& input : inputs) {
       files[fmt::format("file {}", files.size() + 1)] = identityOf(input);

@@ -46,7 +46,7 @@ int run(CompressArguments& options) {
   if (!compressed) return report(compressed.error());
   if (options.json) {
     const auto identity = [&] { return identityOf(*input); };
-    tools::printText(options.part.inReport(verbs::reportText(*compressed), identity) + "\n");
+    tools::printText(options.part.inReport(verbs::Members::valueOf(*compressed), identity) + "\n");
   } else {
     printReport(*compressed, options);
   }

@@ -181,7 +181,7 @@ Result<void> writePage(const std::string& path, const verbs::EnvelopeReport& rep
     solids.emplace_back(fmt::format("t = {:.6g}", time), std::move(solid));
   }
   Table numbers = {{}};
-  const auto members = ordered_json::parse(verbs::reportText(report));
+  const auto members = verbs::Members::valueOf(report);
   for (const auto& [name, value] : members.items()) {
     if (name == "bodies") break;
     std::string title = name;
@@ -208,7 +208,7 @@ void printPart(const verbs::EnvelopeReport& report) {
 void printReport(const verbs::EnvelopeReport& made, const EnvelopeArguments& options) {
   if (options.json) {
     const auto identity = [&] { return identityOf(made.passages.input); };
-    tools::printText(options.part.inReport(verbs::reportText(made), identity) + "\n");
+    tools::printText(options.part.inReport(verbs::Members::valueOf(made), identity) + "\n");
     return;
   }
   made.options.part ? printPart(made) : printPassages(made);

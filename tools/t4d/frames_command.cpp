@@ -140,7 +140,7 @@ int run(FramesArguments& options) {
   if (!made) return report(made.error());
   if (options.json) {
     const auto identity = [&] { return identityOf(*input, how.times.size()); };
-    printText(options.part.inReport(verbs::reportText(*made), identity) + "\n");
+    printText(options.part.inReport(verbs::Members::valueOf(*made), identity) + "\n");
   } else {
     printReport(options, *made, input->metadata);
   }

@@ -158,7 +158,7 @@ int run(const MeasureArguments& options) {
   }
   if (options.json) {
     const auto identity = [&] { return identityOf(*input, times->size()); };
-    tools::printText(options.part.inReport(verbs::reportText(*measured), identity) + "\n");
+    tools::printText(options.part.inReport(verbs::Members::valueOf(*measured), identity) + "\n");
   } else if (outputs.empty()) {
     printSamples(*measured);
   } else {

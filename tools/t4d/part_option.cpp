@@ -78,11 +78,10 @@ ordered_json PartOption::reportOf(ordered_json report, ordered_json input,
   return report;
 }
 
-std::string PartOption::inReport(const std::string& report,
-                                 const std::function<ordered_json()>& input,
+std::string PartOption::inReport(ordered_json report, const std::function<ordered_json()>& input,
                                  ordered_json state) const {
-  if (!isGiven()) return report;
-  return verbs::jsonText(reportOf(ordered_json::parse(report), input(), std::move(state)));
+  if (isGiven()) report = reportOf(std::move(report), input(), std::move(state));
+  return verbs::jsonText(report);
 }
 
 void addNoPartOption(CLI::App& command, const std::string& why) {

@@ -38,9 +38,9 @@ class PartOption {
   nlohmann::ordered_json reportOf(nlohmann::ordered_json report, nlohmann::ordered_json input,
                                   nlohmann::ordered_json state = {}) const;
 
-  /// A report in JSON, which has that member if it is one of a part; `input` is asked for only
-  /// then.
-  std::string inReport(const std::string& report,
+  /// The text of a report in JSON, which has that member if it is one of a part; `input` is asked
+  /// for only then.
+  std::string inReport(nlohmann::ordered_json report,
                        const std::function<nlohmann::ordered_json()>& input,
                        nlohmann::ordered_json state = {}) const;
 

@@ -169,7 +169,8 @@ int run(QualityArguments& options) {
     const auto state = options.part.isGiven()
                            ? nlohmann::ordered_json::parse(partStateOf(*measured))
                            : nlohmann::ordered_json();
-    tools::printText(options.part.inReport(verbs::reportText(*measured), identity, state) + "\n");
+    tools::printText(options.part.inReport(verbs::Members::valueOf(*measured), identity, state) +
+                     "\n");
     return reportLosses(measured->losses);
   }
   printReport(*measured, *input);

@@ -108,9 +108,9 @@ int runPart(const TrackArguments& options, const measure::TrackOptions& tracking
     return report(added.error());
   }
   const auto identity = [&] { return identityOf(input, tracking.times.size()); };
-  tools::printText(
-      options.part.inReport(verbs::reportText(part->report), identity, stateOf(*part, tracking)) +
-      "\n");
+  tools::printText(options.part.inReport(verbs::Members::valueOf(part->report), identity,
+                                         stateOf(*part, tracking)) +
+                   "\n");
   return kDone;
 }
 

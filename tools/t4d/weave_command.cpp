@@ -265,7 +265,7 @@ std::vector<std::string> noticesOf(const WeaveArguments& options,
 /// The report, with the member that `t4d join` needs of a part.
 std::string jsonOf(const WeaveArguments& options, const verbs::WeaveReport& report,
                    std::uint64_t frames) {
-  return options.part.inReport(verbs::reportText(report), [&] {
+  return options.part.inReport(verbs::Members::valueOf(report), [&] {
     return ordered_json{{"frames", frames}};
   });
 }

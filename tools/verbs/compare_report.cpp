@@ -74,22 +74,21 @@ void describeMesh(Members& members, const ComparedMesh& mesh) {
                 "Circumradius divided by three inradii; 1 for a regular cell.", describeQuantiles);
             own("smallest_angle", shapes.smallestAngle, "In degrees.", describeQuantiles);
           });
-  members("hypervolume_expected", mesh.hypervolumeExpected.value_or(0),
-          "Hypervolume of the true moving solid. Only for one solid and both backends.")
+  members
+      .ifKnown("hypervolume_expected", mesh.hypervolumeExpected,
+               "Hypervolume of the true moving solid. Only for one solid and both backends.")
       .atLeast(0)
-      .orNull()
-      .onlyIf(mesh.hypervolumeExpected.has_value());
-  members("hypervolume_error", mesh.hypervolumeError().value_or(0),
-          "A fraction: (hypervolume - hypervolume_expected) / hypervolume_expected.")
-      .orNull()
-      .onlyIf(mesh.hypervolumeError().has_value());
-  members("voxel_size", mesh.voxelSize.value_or(0),
-          "Voxel size, in length units. Only of voxel4d for one solid.")
-      .above(0)
-      .onlyIf(mesh.voxelSize.has_value());
-  members("frames", mesh.frames.value_or(0), "Number of frames. Only of voxel4d for one solid.")
-      .atLeast(2)
-      .onlyIf(mesh.frames.has_value());
+      .orNull();
+  members
+      .ifKnown("hypervolume_error", mesh.hypervolumeError(),
+               "A fraction: (hypervolume - hypervolume_expected) / hypervolume_expected.")
+      .orNull();
+  members
+      .ifKnown("voxel_size", mesh.voxelSize,
+               "Voxel size, in length units. Only of voxel4d for one solid.")
+      .above(0);
+  members.ifKnown("frames", mesh.frames, "Number of frames. Only of voxel4d for one solid.")
+      .atLeast(2);
 }
 
 /// Adds what a slice says besides its time.

@@ -113,16 +113,18 @@ void addSolidMeasures(Members& members, const measure::SolidMeasures& solid,
           "surface touches itself.");
   members("min", place(solid.bounds.min), "The least x, y and z; null where there is no solid.");
   members("max", place(solid.bounds.max), "The greatest x, y and z; null where there is no solid.");
-  members("wall_thickness", walls.thickness.value_or(0),
+  members
+      .ifKnown(
+          "wall_thickness", walls.thickness,
           "With --thickness: mean length of the normal inside the solid, in length units; 0 where "
           "there is no solid.")
-      .atLeast(0)
-      .onlyIf(walls.thickness.has_value());
-  members("normal_speed", walls.normalSpeed.value_or(0),
+      .atLeast(0);
+  members
+      .ifKnown(
+          "normal_speed", walls.normalSpeed,
           "With --normal-speed: mean speed of the surface along its normal, inward or outward, in "
           "length units per time unit; 0 where there is no solid.")
-      .atLeast(0)
-      .onlyIf(walls.normalSpeed.has_value());
+      .atLeast(0);
 }
 
 /// A body, or all of them, at a time.

@@ -101,6 +101,15 @@ class Members {
     return {*this, name};
   }
 
+  /// Adds a member that is there if it has a value.
+  template <class T, class Own = NoMembers>
+  Member ifKnown(const char* name, const std::optional<T>& value, const char* meaning,
+                 const Own& own = {}) {
+    if (what_ == Of::Schema) return (*this)(name, T{}, meaning, own).onlyIf(false);
+    if (value) json_[name] = valueOf(*value, own);
+    return {*this, name};
+  }
+
   /// The JSON of the values, or the JSON Schema of an object that has them.
   const nlohmann::ordered_json& json() const { return json_; }
   const JoinRules& rules() const { return rules_; }

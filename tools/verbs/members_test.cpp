@@ -24,6 +24,7 @@ struct Report {
   std::vector<Part> parts = {};
   std::map<std::string, bool> flags = {};
   bool asked = false;
+  std::optional<double> limit = {};
 };
 
 void describe(Members& members, const Report& report) {
@@ -37,6 +38,7 @@ void describe(Members& members, const Report& report) {
   }).onlyIf(!report.parts.empty());
   members("flags", report.flags, "By name.");
   members("asked", report.asked, "Null unless it was.").nullIf(!report.asked);
+  members.ifKnown("limit", report.limit, "If there is one.").above(0);
 }
 
 TEST(Members, AreTheJsonOfAReport) {
@@ -48,9 +50,11 @@ TEST(Members, AreTheJsonOfAReport) {
   report.parts = {{.name = "axle", .radius = std::numeric_limits<double>::infinity()}};
   report.flags["big"] = true;
   report.asked = true;
-  EXPECT_EQ(Members::valueOf(report).dump(),
-            R"({"cells":3,"error":0.5,"place":[1.0,2.0,3.0],"kind":"solid",)"
-            R"("parts":[{"name":"axle","radius":null}],"flags":{"big":true},"asked":true})");
+  report.limit = 2;
+  EXPECT_EQ(
+      Members::valueOf(report).dump(),
+      R"({"cells":3,"error":0.5,"place":[1.0,2.0,3.0],"kind":"solid",)"
+      R"("parts":[{"name":"axle","radius":null}],"flags":{"big":true},"asked":true,"limit":2.0})");
 }
 
 TEST(Members, AreTheSchemaOfAReport) {
@@ -74,7 +78,8 @@ TEST(Members, AreTheSchemaOfAReport) {
       }, "description": "Each."},
       "flags": {"type": "object", "additionalProperties": {"type": "boolean"},
                 "description": "By name."},
-      "asked": {"type": ["boolean", "null"], "description": "Null unless it was."}
+      "asked": {"type": ["boolean", "null"], "description": "Null unless it was."},
+      "limit": {"type": "number", "description": "If there is one.", "exclusiveMinimum": 0}
     },
     "required": ["cells", "error", "place", "kind", "flags", "asked"],
     "additionalProperties": false

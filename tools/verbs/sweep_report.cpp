@@ -24,9 +24,7 @@ void describeSweptBody(Members& members, const SweptBody& body) {
       "Closed pieces of the body, one after the other: more than one where it jumps or is hidden "
       "for a while.")
       .atLeast(1);
-  members("tolerance", body.tolerance.value_or(0), "Of an animation: that of this body.")
-      .above(0)
-      .onlyIf(body.tolerance.has_value());
+  members.ifKnown("tolerance", body.tolerance, "Of an animation: that of this body.").above(0);
 }
 
 void describeHalfTurns(Members& members, const std::vector<model::HalfTurn>& turns) {
@@ -89,22 +87,21 @@ void describe(Members& members, const SweepReport& report) {
       .atLeast(1);
   members("cap_tetrahedra", report.capTetrahedra,
           "Cells that close the mesh at its first and at its last time.");
-  members(
-      "chord_bound", report.chordBound.value_or(0),
-      "With --motion and the backend mesh4d, and of a mechanism: no point of a slice is farther "
-      "from the true solid at that time, nor the other way round, in length units.")
-      .atLeast(0)
-      .onlyIf(report.chordBound.has_value());
-  members(
-      "tolerance", report.tolerance.value_or(0),
-      "Of an animation: no point of a slice is farther from the true solid at that time, nor the "
-      "other way round, in length units; the largest of all bodies.")
-      .above(0)
-      .onlyIf(report.tolerance.has_value());
-  members("voxel_size", report.voxelSize.value_or(0),
-          "Of --union: edge of the voxels, in length units.")
-      .above(0)
-      .onlyIf(report.voxelSize.has_value());
+  members
+      .ifKnown("chord_bound", report.chordBound,
+               "With --motion and the backend mesh4d, and of a mechanism: no point of a slice is "
+               "farther "
+               "from the true solid at that time, nor the other way round, in length units.")
+      .atLeast(0);
+  members
+      .ifKnown("tolerance", report.tolerance,
+               "Of an animation: no point of a slice is farther from the true solid at that time, "
+               "nor the "
+               "other way round, in length units; the largest of all bodies.")
+      .above(0);
+  members
+      .ifKnown("voxel_size", report.voxelSize, "Of --union: edge of the voxels, in length units.")
+      .above(0);
   members("bodies", report.bodies, kMeshesOf, describeSweptBody)
       .itemsFrom(1)
       .onlyIf(!report.bodies.empty());
@@ -114,12 +111,11 @@ void describe(Members& members, const SweepReport& report) {
       "the direction of the turn; left out if there are none.",
       describeHalfTurns)
       .onlyIf(!report.halfTurns.empty());
-  members(
-      "folds", report.folds.value_or(SweepFolds()),
+  members.ifKnown(
+      "folds", report.folds,
       "Of a deformation or an animation: prisms that turn over or collapse, so that slices cross "
       "themselves there.",
-      describeFolds)
-      .onlyIf(report.folds.has_value());
+      describeFolds);
   members(
       "crossings", report.crossings,
       "Of a deformation or an animation: triangles that meet between keys, so that slices cross "
