@@ -1,7 +1,7 @@
 # The components of the library in dependency order, with the components and the packages that each
 # needs. Read by the build and by the installed package.
 set(t4d_ALL_COMPONENTS
-  model platform fixtures slice mesh4d arrays voxel4d file formats convert measure mill edit verbs conformance)
+  model platform fixtures slice mesh4d arrays voxel4d file formats convert measure mill edit conformance)
 
 set(t4d_model_NEEDS)
 set(t4d_platform_NEEDS model)
@@ -16,8 +16,7 @@ set(t4d_convert_NEEDS slice formats)
 set(t4d_measure_NEEDS slice)
 set(t4d_mill_NEEDS mesh4d voxel4d measure)
 set(t4d_edit_NEEDS mesh4d formats measure)
-set(t4d_verbs_NEEDS convert voxel4d edit mill)
-set(t4d_conformance_NEEDS fixtures mill verbs)
+set(t4d_conformance_NEEDS fixtures convert voxel4d edit mill)
 
 # t4d_with_needs(<variable> <components>): the components and all that they need, in order.
 function(t4d_with_needs variable)

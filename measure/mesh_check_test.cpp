@@ -10,7 +10,7 @@
 #include "platform/test_folder.h"
 #include "t4d/check.h"
 #include "t4d/file.h"
-#include "tools/verbs/validate.h"
+#include "tools/t4d/validation.h"
 
 namespace t4d::measure {
 namespace {
@@ -300,7 +300,7 @@ TEST(ValidateT4dFile, LinksOfAllBodiesHaveToBeSound) {
       ASSERT_TRUE(writer->body(bad == first ? 0 : 1).put(slab));
     }
     ASSERT_TRUE(writer->finish());
-    const auto found = verbs::validate(path, {.vertexLinks = true});
+    const auto found = validate(path, {.vertexLinks = true});
     std::filesystem::remove(path);
     ASSERT_TRUE(found && found->mesh);
     EXPECT_FALSE(*found->mesh->vertexLinksOk);

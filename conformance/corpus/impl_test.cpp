@@ -5,7 +5,7 @@
 #include "conformance/corpus/cases.h"
 #include "conformance/corpus/expect_answers.h"
 #include "platform/test_folder.h"
-#include "tools/verbs/validate.h"
+#include "tools/t4d/validation.h"
 
 namespace t4d::conformance {
 namespace {
@@ -48,7 +48,7 @@ TEST(ImplFiles, WhoseMeshesAreFaultyAreFoundByTheValidator) {
     ++found;
     const platform::TestFolder folder;
     const auto file = folder.write("file.t4d", made.file.bytes);
-    const auto validation = verbs::validate(file, {.vertexLinks = true});
+    const auto validation = validate(file, {.vertexLinks = true});
     ASSERT_TRUE(validation);
     EXPECT_FALSE(validation->valid());
     EXPECT_THAT(validation->issues.issues,

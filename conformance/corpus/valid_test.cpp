@@ -9,7 +9,7 @@
 #include "conformance/corpus/cases.h"
 #include "conformance/corpus/expect_answers.h"
 #include "platform/test_folder.h"
-#include "tools/verbs/validate.h"
+#include "tools/t4d/validation.h"
 
 namespace t4d::conformance {
 namespace {
@@ -72,7 +72,7 @@ TEST(ValidFiles, AreClosedOrientedManifolds) {
     SCOPED_TRACE(made.file.id);
     const platform::TestFolder folder;
     const auto file = folder.write("file.t4d", made.file.bytes);
-    const auto validation = verbs::validate(file, {.vertexLinks = true});
+    const auto validation = validate(file, {.vertexLinks = true});
     ASSERT_TRUE(validation);
     for (const measure::Issue& issue : validation->issues.issues) {
       const auto known = exceptions.find(made.file.id);

@@ -7,7 +7,7 @@
 #include "t4d/file.h"
 #include "t4d/slice.h"
 #include "tools/fuzz/fuzz.h"
-#include "tools/verbs/validate.h"
+#include "tools/t4d/validation.h"
 
 /// A .t4d file, opened in every mode, validated and sliced.
 namespace t4d::fuzz {
@@ -134,7 +134,7 @@ void checkSlices(T4dReader& reader, bool valid) {
 
 /// A file that is accepted as a whole is accepted in every way.
 void checkJudgement(const std::filesystem::path& path, bool wholeFile) {
-  const auto validation = verbs::validate(path, {.vertexLinks = true}, {}, formats::kAnyCells);
+  const auto validation = validate(path, {.vertexLinks = true}, {}, formats::kAnyCells);
   must(validation.has_value(), "a file can be judged");
   const auto& issues = validation->issues.issues;
   const bool damaged = std::any_of(issues.begin(), issues.end(), [](const measure::Issue& issue) {

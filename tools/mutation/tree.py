@@ -12,7 +12,7 @@ FOLDER = ROOT / "build/mutate"
 TREE = FOLDER / "t4d"
 BUILD = TREE / "build/release"
 # Messages of g++: "model/slab.cpp:12:3: error: ...", "...: required from here".
-PLACE = re.compile(r"(?:^|[\s/])((?:model|slice|mesh4d|voxel4d|formats|measure|edit|mill|tools/verbs)/[\w/.]+\.(?:cpp|h)):(\d+):(?:\d+:)?(.*)")
+PLACE = re.compile(r"(?:^|[\s/])((?:model|slice|mesh4d|voxel4d|formats|measure|edit|mill|tools/t4d)/[\w/.]+\.(?:cpp|h)):(\d+):(?:\d+:)?(.*)")
 
 
 def tracked():

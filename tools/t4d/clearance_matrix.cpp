@@ -12,7 +12,6 @@ namespace t4d::tools {
 namespace {
 
 using measure::Verdict;
-using verbs::CollidedPair;
 
 constexpr double kSquare = 18;
 constexpr double kCharacter = 6.6;  // about the width of one of 12 pixels
@@ -65,7 +64,7 @@ std::string square(double left, double top, std::size_t row, std::size_t column,
 
 }  // namespace
 
-std::string clearanceMatrix(const verbs::CollideReport& report, const std::string& lengthUnit) {
+std::string clearanceMatrix(const CollideReport& report, const std::string& lengthUnit) {
   Names rows;
   Names columns;
   double farthest = 0;

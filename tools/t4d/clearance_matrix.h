@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "tools/verbs/collide.h"
+#include "tools/t4d/collide.h"
 
 namespace t4d::tools {
 
@@ -10,6 +10,6 @@ namespace t4d::tools {
 /// touch, cannot be told apart or do not keep the clearance, otherwise the lighter the farther they
 /// stay apart; without colour if they were not tested. Titles of squares tell the distances, in
 /// `lengthUnit`.
-std::string clearanceMatrix(const verbs::CollideReport& report, const std::string& lengthUnit);
+std::string clearanceMatrix(const CollideReport& report, const std::string& lengthUnit);
 
 }  // namespace t4d::tools

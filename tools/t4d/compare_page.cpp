@@ -11,11 +11,6 @@
 namespace t4d::tools {
 namespace {
 
-using verbs::ComparedMesh;
-using verbs::ComparedSlice;
-using verbs::CompareReport;
-using verbs::Comparison;
-
 /// A mesh in a legend: its name if that is short enough.
 std::string shortName(const ComparedMesh& mesh, const char* letter) {
   constexpr std::size_t kShort = 16;

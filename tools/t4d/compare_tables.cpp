@@ -9,15 +9,6 @@
 namespace t4d::tools {
 namespace {
 
-using verbs::CellQuantiles;
-using verbs::CellShapes;
-using verbs::ComparedBody;
-using verbs::ComparedMesh;
-using verbs::ComparedSlice;
-using verbs::CompareReport;
-using verbs::Comparison;
-using verbs::ConvergenceOrders;
-
 std::string numberText(double value) { return fmt::format("{:.9g}", value); }
 
 /// "+1.23 %"; rounding counts as none.

@@ -19,7 +19,7 @@ struct ConformRun {
 };
 
 /// Describes a run of a reader or a writer, as `tested` says; ids begin as `cases` says.
-void describeRun(verbs::Members& members, const ConformRun& run, const std::string& tested,
+void describeRun(Members& members, const ConformRun& run, const std::string& tested,
                  const std::string& cases) {
   using conformance::Outcome;
   members(tested.c_str(), run.program, "The command, as it was given.").notEmpty();
@@ -43,7 +43,7 @@ void describeRun(verbs::Members& members, const ConformRun& run, const std::stri
   count("timed_out", Outcome::TimedOut, "Cases where the program did not answer within --timeout.");
   count("skipped", Outcome::Skipped, "Cases that were excluded or not reached.");
   members("cases", run.reports, "The simplest first; damaged files last.",
-          [&](verbs::Members& own, const conformance::CaseReport& test) {
+          [&](Members& own, const conformance::CaseReport& test) {
             own("id", test.id,
                 "Name of the corpus file, of the damage to a valid one, or what a writer must be "
                 "able to store and the name of the mesh.")
@@ -81,10 +81,8 @@ void addConformOptions(CLI::App& command, ConformArguments& arguments, const Con
   command.add_flag("--first", arguments.first, "Stop at the first failure");
   command.add_flag("--verbose", arguments.verbose, "List all failed cases");
   addJsonOption(command, arguments.json, help.report, [tested = help.tested, cases = help.cases] {
-    return verbs::Members::schemaOf<ConformRun>(
-        [&](verbs::Members& members, const ConformRun& run) {
-          describeRun(members, run, tested, cases);
-        });
+    return Members::schemaOf<ConformRun>(
+        [&](Members& members, const ConformRun& run) { describeRun(members, run, tested, cases); });
   });
 }
 
@@ -103,10 +101,9 @@ int reportRun(const std::string& tested, const std::string& program,
   }
   constexpr std::size_t kShown = 20;
   if (arguments.json) {
-    printJson(verbs::Members::valueOf(ConformRun{program, reports},
-                                      [&](verbs::Members& members, const ConformRun& run) {
-                                        describeRun(members, run, tested, "");
-                                      }));
+    printJson(Members::valueOf(
+        ConformRun{program, reports},
+        [&](Members& members, const ConformRun& run) { describeRun(members, run, tested, ""); }));
   } else {
     printResult(text(arguments.verbose ? reports.size() : kShown));
   }

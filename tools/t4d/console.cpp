@@ -9,7 +9,7 @@
 
 #include "platform/process.h"
 #include "tools/t4d/hints.h"
-#include "tools/verbs/json_text.h"
+#include "tools/t4d/json_text.h"
 
 namespace t4d::tools {
 
@@ -164,7 +164,7 @@ int reportLosses(const std::vector<std::string>& losses) {
   return losses.empty() ? kDone : kLoss;
 }
 
-void printJson(const nlohmann::ordered_json& value) { printText(verbs::jsonText(value) + "\n"); }
+void printJson(const nlohmann::ordered_json& value) { printText(jsonText(value) + "\n"); }
 
 void printTable(const std::vector<std::vector<std::string>>& rows, std::string_view alignment) {
   std::vector<std::size_t> widths(rows.front().size());

@@ -5,8 +5,8 @@
 
 namespace t4d::tools {
 
-std::unique_ptr<verbs::Stage> ConsoleObserver::stage(std::string title, std::uint64_t total,
-                                                     std::string units) {
+std::unique_ptr<Stage> ConsoleObserver::stage(std::string title, std::uint64_t total,
+                                              std::string units) {
   return std::make_unique<ProgressBar>(shownLine(title), total, std::move(units));
 }
 

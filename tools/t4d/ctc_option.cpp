@@ -7,7 +7,7 @@
 namespace t4d::tools {
 namespace {
 
-constexpr double kMostPoints = 1 << 20;  // along an axis
+constexpr double kMostPointsAlongAxis = 1 << 20;  // along an axis
 
 /// One number for all axes, or one for each.
 double along(const std::vector<double>& numbers, std::size_t axis) {
@@ -35,7 +35,7 @@ CLI::Option* CtcOption::addTo(CLI::App& command) {
   addNumbers(command, "--size", size, "--ctc: voxels along x, y and z (default: all of the mesh)",
              3, 3, "NX NY NZ")
       ->needs(ctc)
-      ->check(wholeNumber(1, static_cast<std::uint64_t>(kMostPoints)));
+      ->check(wholeNumber(1, static_cast<std::uint64_t>(kMostPointsAlongAxis)));
   return ctc;
 }
 
@@ -43,11 +43,9 @@ std::string CtcOption::misuse() const {
   return spacing.size() == 2 ? "--spacing is one length, or three" : "";
 }
 
-Result<verbs::CtcReport> CtcOption::write(const verbs::Input& input,
-                                          const verbs::TrackReport& report,
-                                          const std::vector<double>& times,
-                                          verbs::Observer& observer) const {
-  verbs::LabelLattice lattice;
+Result<CtcReport> CtcOption::write(const Input& input, const TrackReport& report,
+                                   const std::vector<double>& times, Observer& observer) const {
+  LabelLattice lattice;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto i = static_cast<int>(axis);
     if (!spacing.empty()) lattice.spacing[i] = along(spacing, axis);
@@ -60,7 +58,7 @@ Result<verbs::CtcReport> CtcOption::write(const verbs::Input& input,
       (*lattice.size)[axis] = static_cast<std::uint32_t>(std::lround(size[axis]));
     }
   }
-  return verbs::writeCtc(input, report, times, lattice, folder, observer);
+  return writeCtc(input, report, times, lattice, folder, observer);
 }
 
 }  // namespace t4d::tools

@@ -6,7 +6,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "tools/verbs/ctc_labels.h"
+#include "tools/t4d/ctc_labels.h"
 
 namespace t4d::tools {
 
@@ -23,9 +23,9 @@ struct CtcOption {
   /// The message on a wrong combination; "" for none.
   std::string misuse() const;
 
-  /// Writes the folder (verbs::writeCtc).
-  Result<verbs::CtcReport> write(const verbs::Input& input, const verbs::TrackReport& report,
-                                 const std::vector<double>& times, verbs::Observer& observer) const;
+  /// Writes the folder (writeCtc).
+  Result<CtcReport> write(const Input& input, const TrackReport& report,
+                          const std::vector<double>& times, Observer& observer) const;
 };
 
 }  // namespace t4d::tools

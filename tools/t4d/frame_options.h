@@ -35,7 +35,7 @@ struct FrameOptions {
   /// `most` frames. `usual` says what is the default, if not kDefaultFrames.
   void addTo(CLI::App& command, std::uint64_t most, const std::string& usual = {});
 
-  /// Adds `--at-frames` to these: then the times are those of verbs::frameTimesOf.
+  /// Adds `--at-frames` to these: then the times are those of frameTimesOf.
   void addAtFramesTo(CLI::App& command);
 
   /// Adds `--speed-file` to these, and `--fps`, which it returns.

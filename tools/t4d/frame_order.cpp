@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "formats/t4d/url.h"
-#include "tools/verbs/weave_input.h"
+#include "tools/t4d/weave_input.h"
 #include "voxel4d/natural_order.h"
 
 namespace t4d::tools {
@@ -36,7 +36,7 @@ std::string orderFrames(std::vector<std::string>& files) {
   constexpr std::size_t kLeastOfPattern = 3;
   if (std::ranges::is_sorted(files) && files.size() >= kLeastOfPattern) {
     std::ranges::stable_sort(files, voxel4d::naturallyLess);
-    return verbs::orderNotice(shown(files.front()), shown(files.back()));
+    return orderNotice(shown(files.front()), shown(files.back()));
   }
   return fmt::format(
       "frames are in the order given, from {} to {}, which is not that of the numbers in their "

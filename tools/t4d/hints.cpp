@@ -17,8 +17,8 @@
 #include "t4d/frames.h"
 #include "tools/t4d/python_inputs.h"
 #include "tools/t4d/shell_word.h"
+#include "tools/t4d/t4d_file.h"
 #include "tools/t4d/t4d_output.h"
-#include "tools/verbs/t4d_file.h"
 #include "voxel4d/frame_formats.h"
 
 namespace t4d::tools {
@@ -38,7 +38,7 @@ std::string quoted(std::string word) {
 /// `PATH` with another suffix, such that no file of that name exists.
 std::string freeName(const std::string& path, const std::string& suffix,
                      const std::string& extension) {
-  std::string name = verbs::nameWithoutExtension(path);
+  std::string name = nameWithoutExtension(path);
   // Part files left behind are hidden.
   name.erase(0, name.find_first_not_of('.'));
   const std::string base = (fs::path(path).parent_path() / (name + suffix)).string();

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tools/t4d/console.h"
-#include "tools/verbs/members.h"
+#include "tools/t4d/members.h"
 
 /// The option --json, and the JSON Schemas of what it prints.
 namespace t4d::tools {
@@ -20,18 +20,18 @@ CLI::Option* addJsonOption(CLI::App& command, bool& json, const std::string& abo
                            JsonSchema schema);
 
 /// The same for a report that describes itself.
-template <verbs::IsDescribed Report>
+template <IsDescribed Report>
 CLI::Option* addJsonOption(CLI::App& command, bool& json, const std::string& about) {
-  return addJsonOption(command, json, about, [] { return verbs::Members::schemaOf<Report>(); });
+  return addJsonOption(command, json, about, [] { return Members::schemaOf<Report>(); });
 }
 
 /// The schema of the report of a verb; null if it has none.
 nlohmann::ordered_json reportSchemaOf(const CLI::App& command);
 
 /// Prints a report as JSON.
-template <verbs::IsDescribed Report>
+template <IsDescribed Report>
 void printAsJson(const Report& report) {
-  printText(verbs::reportText(report) + "\n");
+  printText(reportText(report) + "\n");
 }
 
 }  // namespace t4d::tools

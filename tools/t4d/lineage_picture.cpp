@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 
 #include "tools/report/html_page.h"
-#include "tools/verbs/slice_tracks.h"
+#include "tools/t4d/slice_tracks.h"
 
 namespace t4d::tools {
 namespace {
@@ -90,11 +90,11 @@ std::string hexOf(const formats::Color& color) {
 
 }  // namespace
 
-std::string lineagePicture(const verbs::TrackReport& report) {
+std::string lineagePicture(const TrackReport& report) {
   double begin = std::numeric_limits<double>::infinity();
   double end = -begin;
   double largest = 0;
-  for (const verbs::BodyTracks& body : report.bodies) {
+  for (const BodyTracks& body : report.bodies) {
     begin = std::min(begin, body.tracks.time.begin);
     end = std::max(end, body.tracks.time.end);
     for (const Track& track : body.tracks.tracks) largest = std::max(largest, track.largestVolume);
@@ -111,7 +111,7 @@ std::string lineagePicture(const verbs::TrackReport& report) {
   std::string links;
   std::string marks;
   std::size_t lane = 0;
-  for (const verbs::BodyTracks& body : report.bodies) {
+  for (const BodyTracks& body : report.bodies) {
     const std::vector<Track>& tracks = body.tracks.tracks;
     const Lanes lanes = lanesOf(tracks, lane);
     for (std::size_t i = 0; i < tracks.size(); ++i) {
@@ -135,7 +135,7 @@ std::string lineagePicture(const verbs::TrackReport& report) {
       }
       bands += fmt::format(
           "<polygon fill=\"{}\" points=\"{}\"><title>{}</title></polygon>\n",
-          hexOf(verbs::trackColor(body.firstId + i)), points,
+          hexOf(trackColor(body.firstId + i)), points,
           escaped(fmt::format("{}{}, {:g} to {:g}", body.firstId + i,
                               body.name.empty() ? "" : " " + body.name, track.begin, track.end)));
       for (const std::uint32_t into : track.into) {
@@ -151,7 +151,7 @@ std::string lineagePicture(const verbs::TrackReport& report) {
       marks += fmt::format(
           "<circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"3.5\" fill=\"{}\"><title>{}</title></circle>\n",
           x(event.time), y(lanes.ofTrack[with.front()]), colourOf(event.kind),
-          escaped(fmt::format("{} at {:g}", verbs::nameOf(event.kind), event.time)));
+          escaped(fmt::format("{} at {:g}", nameOf(event.kind), event.time)));
     }
     lane = lanes.count;
   }

@@ -25,8 +25,8 @@
 #include "tools/t4d/help_json.h"
 #include "tools/t4d/python_inputs.h"
 #include "tools/t4d/shell_word.h"
+#include "tools/t4d/similar_words.h"
 #include "tools/t4d/version.h"
-#include "tools/verbs/similar_words.h"
 
 namespace t4d::tools {
 namespace {
@@ -53,7 +53,7 @@ std::string guessOf(const std::string& word, const CLI::App& command) {
   for (const CLI::Option* option : command.get_options()) {
     for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
   }
-  return verbs::didYouMean(std::string_view(word).substr(0, word.find('=')), names);
+  return didYouMean(std::string_view(word).substr(0, word.find('=')), names);
 }
 
 /// If these words weave what the program does not read, says which command does; its exit code.

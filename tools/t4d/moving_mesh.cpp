@@ -1,11 +1,30 @@
 #include "tools/t4d/moving_mesh.h"
 
+#include <utility>
+
 #include "formats/triangle/triangle_mesh_formats.h"
+#include "t4d/motion.h"
 #include "tools/t4d/console_observer.h"
+#include "tools/t4d/mending.h"
 
 namespace t4d::tools {
+Result<LoadedMovingMesh> readMovingMesh(const MovingMeshInput& input, Observer& observer) {
+  auto solid = readSolidInput(input.solid, observer);
+  if (!solid) return solid.error();
+  observer.noteEach(noticesOf(solid->mended));
+  std::string form;
+  auto motion = formats::readMotion(input.motion, &form, input.table);
+  if (!motion) return motion.error();
+  if (!form.empty()) observer.note(input.motion + ": " + form);
+  if (const std::string notice = model::noticeOfHalfTurns(motion->halfTurns); !notice.empty()) {
+    observer.note(input.motion + ": " + notice);
+  }
+  std::vector<std::string> files = {input.solid.path, input.motion};
+  files.insert(files.end(), solid->otherFiles.begin(), solid->otherFiles.end());
+  return LoadedMovingMesh{std::move(*solid), std::move(*motion), std::move(files)};
+}
 
-void MovingMeshInput::addTo(CLI::App& command) {
+void MovingMeshArguments::addTo(CLI::App& command) {
   command.add_option("MODEL", model, "Input solid: " + formats::readableTriangleMeshExtensions())
       ->required();
   command
@@ -16,9 +35,9 @@ void MovingMeshInput::addTo(CLI::App& command) {
   mending.addTo(command, mend);
 }
 
-Result<verbs::LoadedMovingMesh> MovingMeshInput::read() const {
+Result<LoadedMovingMesh> MovingMeshArguments::read() const {
   ConsoleObserver observer;
-  return verbs::readMovingMesh({{model, {}, mending.given(mend)}, motion, table.table}, observer);
+  return readMovingMesh({{model, {}, mending.given(mend)}, motion, table.table}, observer);
 }
 
 }  // namespace t4d::tools

@@ -4,11 +4,9 @@
 #include <string>
 
 #include "t4d/file.h"
-#include "tools/verbs/compare.h"
+#include "tools/t4d/compare.h"
 
 namespace t4d::tools {
-
-using verbs::SolidPair;
 
 /// The captions of pairs that are shown.
 struct PairCaptions {

@@ -7,10 +7,10 @@
 #include <fmt/format.h>
 
 #include "tools/t4d/console.h"
+#include "tools/t4d/json_text.h"
 #include "tools/t4d/option_checks.h"
+#include "tools/t4d/part_report.h"
 #include "tools/t4d/version.h"
-#include "tools/verbs/json_text.h"
-#include "tools/verbs/part_report.h"
 
 namespace t4d::tools {
 namespace {
@@ -74,14 +74,14 @@ ordered_json PartOption::reportOf(ordered_json report, ordered_json input,
   if (!input.is_null()) part["input"] = std::move(input);
   if (!state.is_null()) part["state"] = std::move(state);
   report["part"] = std::move(part);
-  verbs::addChecksums(report);
+  addChecksums(report);
   return report;
 }
 
 std::string PartOption::inReport(ordered_json report, const std::function<ordered_json()>& input,
                                  ordered_json state) const {
   if (isGiven()) report = reportOf(std::move(report), input(), std::move(state));
-  return verbs::jsonText(report);
+  return jsonText(report);
 }
 
 void addNoPartOption(CLI::App& command, const std::string& why) {

@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/mesh.h"
-#include "tools/verbs/input_identity.h"
+#include "tools/t4d/input_identity.h"
 
 namespace t4d::tools {
 

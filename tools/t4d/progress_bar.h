@@ -7,7 +7,7 @@
 #include <string>
 #include <thread>
 
-#include "tools/verbs/observer.h"
+#include "tools/t4d/observer.h"
 
 namespace t4d::tools {
 
@@ -15,7 +15,7 @@ namespace t4d::tools {
 /// how much there is to do. On a terminal: a bar, after half a second, erased at the end; it is
 /// drawn again while the job reports nothing, so that its time goes on. Elsewhere, such as in a
 /// log: nothing.
-class ProgressBar : public verbs::Stage {
+class ProgressBar : public Stage {
  public:
   /// Output and clock (in seconds).
   struct Console {

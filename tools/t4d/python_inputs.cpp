@@ -11,7 +11,7 @@
 #include "formats/file_extension.h"
 #include "formats/t4d/url.h"
 #include "t4d/frames.h"
-#include "tools/verbs/mesh_frames.h"
+#include "tools/t4d/mesh_frames.h"
 #include "voxel4d/frame_formats.h"
 
 namespace t4d::tools {
@@ -51,7 +51,7 @@ bool isDicom(const fs::path& file) {
 /// The kind of a file. Files that the program reads itself are not opened.
 std::string kindOfFile(const fs::path& file) {
   std::string kind = byExtension(file.string());
-  const bool isOwn = voxel4d::isVolumeFile(file) || verbs::isMeshFrame(file.string()) ||
+  const bool isOwn = voxel4d::isVolumeFile(file) || isMeshFrame(file.string()) ||
                      formats::isOneOf(voxel4d::vdbFormats(), file);
   if (!kind.empty() || isOwn) return kind;
   std::error_code ignored;

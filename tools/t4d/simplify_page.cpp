@@ -12,7 +12,7 @@
 namespace t4d::tools {
 namespace {
 
-Table numbersOf(const verbs::SimplifyReport& report) {
+Table numbersOf(const SimplifyReport& report) {
   const edit::SimplifyReport& mesh = report.mesh;
   return {{"", "before", "after"},
           {"cells", grouped(mesh.cellsBefore), grouped(mesh.cells)},
@@ -23,7 +23,7 @@ Table numbersOf(const verbs::SimplifyReport& report) {
 }
 
 /// What 1, 50 and 99 per cent of the cells do not exceed.
-Table shapesOf(const verbs::SimplifyReport& report) {
+Table shapesOf(const SimplifyReport& report) {
   Table rows = {
       {"of cells", "1 % before", "after", "50 % before", "after", "99 % before", "after"}};
   for (std::size_t k = 0; k < measure::kQualityMeasures.size(); ++k) {
@@ -37,7 +37,7 @@ Table shapesOf(const verbs::SimplifyReport& report) {
   return rows;
 }
 
-Plot plotOf(const verbs::SimplifyReport& report, const formats::Metadata& metadata) {
+Plot plotOf(const SimplifyReport& report, const formats::Metadata& metadata) {
   Plot plot{labelled("Distance of slices", metadata.lengthUnit),
             labelled("time", metadata.timeUnit),
             {},
@@ -57,7 +57,7 @@ Plot plotOf(const verbs::SimplifyReport& report, const formats::Metadata& metada
 }  // namespace
 
 std::string simplifyPage(const std::string& input, const std::string& output,
-                         const formats::Metadata& metadata, const verbs::SimplifyReport& report) {
+                         const formats::Metadata& metadata, const SimplifyReport& report) {
   const std::string before = std::filesystem::path(input).filename().string();
   const std::string after = std::filesystem::path(output).filename().string();
   std::vector<SolidPair> pairs;

@@ -1,5 +1,7 @@
 #include "tools/t4d/slice_write_options.h"
 
+#include <algorithm>
+#include <array>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -8,8 +10,52 @@
 #include "tools/t4d/console.h"
 #include "tools/t4d/numbers.h"
 #include "tools/t4d/option_checks.h"
+#include "tools/t4d/painting.h"
 
 namespace t4d::tools {
+bool SliceWriteOptions::isColoredByAttribute() const {
+  return color == "triangle" || color.starts_with(kColorByAttribute);
+}
+
+bool isSliceColor(std::string_view text) {
+  constexpr std::array<std::string_view, 5> kNames = {"body", "time", "speed", "track", "triangle"};
+  return std::ranges::find(kNames, text) != kNames.end() ||
+         (text.starts_with(kColorByAttribute) && text.size() > kColorByAttribute.size());
+}
+
+Result<void> checkSliceWriteOptions(const SliceWriteOptions& options,
+                                    const std::filesystem::path& output) {
+  const auto refuse = [](std::string message) {
+    return fail(ErrorCode::Options, std::move(message));
+  };
+  if (!options.color.empty() && !isSliceColor(options.color)) {
+    return refuse(
+        fmt::format("the colour is '{}', not body, time, speed, track, triangle or attribute:NAME",
+                    options.color));
+  }
+  if (options.normals &&
+      !(options.normals->creaseDegrees >= 0 && options.normals->creaseDegrees <= 180)) {
+    return refuse(fmt::format("edges of normals are sharper than {} degrees, not 0 to 180",
+                              options.normals->creaseDegrees));
+  }
+  if (options.maxSpeed && !(*options.maxSpeed > 0)) {
+    return refuse(fmt::format("the largest speed is {}, not above 0", *options.maxSpeed));
+  }
+  if (options.maxSpeed && !options.needsVelocity()) {
+    return refuse("a largest speed needs velocities or colours by speed");
+  }
+  if (options.quantizeBits && (*options.quantizeBits < 1 || *options.quantizeBits > 16)) {
+    return refuse(fmt::format("coordinates have {} bits, not 1 to 16", *options.quantizeBits));
+  }
+  const bool encodes = options.quantizeBits || options.meshopt;
+  if (output.empty() || !encodes) return {};
+  if (!formats::isGltf(output)) return refuse("only glTF is quantized or compressed");
+  if (options.meshopt && !formats::hasMeshopt()) {
+    return fail(ErrorCode::Unsupported, "this build has no meshoptimizer");
+  }
+  return {};
+}
+
 namespace {
 
 std::optional<formats::NormalStyle> normalStyleOf(std::string_view text) {
@@ -22,7 +68,7 @@ std::optional<formats::NormalStyle> normalStyleOf(std::string_view text) {
   return formats::NormalStyle{.creaseDegrees = *degrees};
 }
 
-void addLooks(CLI::App& command, verbs::SliceWriteOptions& options) {
+void addLooks(CLI::App& command, SliceWriteOptions& options) {
   command
       .add_option_function<std::string>(
           "--normals",
@@ -42,19 +88,18 @@ void addLooks(CLI::App& command, verbs::SliceWriteOptions& options) {
                   "Colour by body, time, speed, track, input triangle or attribute (default: none)")
       ->check(CLI::Validator(
           [](std::string& text) {
-            return verbs::isSliceColor(text)
-                       ? std::string()
-                       : fmt::format(
-                             "'{}' is not body, time, speed, track, triangle or "
-                             "attribute:NAME",
-                             text);
+            return isSliceColor(text) ? std::string()
+                                      : fmt::format(
+                                            "'{}' is not body, time, speed, track, triangle or "
+                                            "attribute:NAME",
+                                            text);
           },
           "body|time|speed|track|triangle|attribute:NAME"));
 }
 
 }  // namespace
 
-void addSliceWriteOptions(CLI::App& command, verbs::SliceWriteOptions& options) {
+void addSliceWriteOptions(CLI::App& command, SliceWriteOptions& options) {
   command.add_flag("--attributes", options.attributes,
                    "Write attributes; list those that the format cannot store (exit code 3)");
   addLooks(command, options);
@@ -73,12 +118,12 @@ void addSliceWriteOptions(CLI::App& command, verbs::SliceWriteOptions& options) 
                    "Compress glTF losslessly (EXT_meshopt_compression; not for Blender)");
 }
 
-std::optional<std::string> misuseOfMaxSpeed(const verbs::SliceWriteOptions& options) {
+std::optional<std::string> misuseOfMaxSpeed(const SliceWriteOptions& options) {
   if (!options.maxSpeed || options.needsVelocity()) return std::nullopt;
   return "--max-speed: needs --velocity or --color speed";
 }
 
-std::optional<std::string> misuseOfEncoding(const verbs::SliceWriteOptions& options,
+std::optional<std::string> misuseOfEncoding(const SliceWriteOptions& options,
                                             const std::string& output) {
   if (!options.quantizeBits && !options.meshopt) return std::nullopt;
   const char* option = options.quantizeBits ? "--quantize" : "--meshopt";
@@ -91,7 +136,7 @@ std::optional<std::string> misuseOfEncoding(const verbs::SliceWriteOptions& opti
   return std::nullopt;
 }
 
-std::string colorText(const verbs::SliceWriteOptions& options,
+std::string colorText(const SliceWriteOptions& options,
                       const std::optional<std::array<double, 2>>& range) {
   const std::string ends = range ? fmt::format(", from {} to {}", (*range)[0], (*range)[1]) : "";
   if (options.isColoredBySpeed()) return "coloured by speed" + ends;
@@ -102,8 +147,8 @@ std::string colorText(const verbs::SliceWriteOptions& options,
   return fmt::format("coloured by attribute '{}'{}", attribute, ends);
 }
 
-std::string velocityText(const verbs::SliceWriteOptions& options, double maxSpeed,
-                         std::uint64_t clamped, const std::string& unit) {
+std::string velocityText(const SliceWriteOptions& options, double maxSpeed, std::uint64_t clamped,
+                         const std::string& unit) {
   if (!options.velocity) return {};
   std::string text = fmt::format("velocities in {}, at most {:.6g}", unit, maxSpeed);
   if (options.maxSpeed) {
@@ -118,8 +163,7 @@ std::string velocityUnit(const formats::Metadata& metadata, bool ofPlayback) {
   return length + " per " + (metadata.timeUnit.empty() ? "time unit" : metadata.timeUnit);
 }
 
-std::string quantizationText(const verbs::SliceWriteOptions& options,
-                             const std::optional<double>& error) {
+std::string quantizationText(const SliceWriteOptions& options, const std::optional<double>& error) {
   if (!error || !options.quantizeBits) return {};
   return fmt::format("coordinates in {} bits, each within {:.3g}", *options.quantizeBits, *error);
 }

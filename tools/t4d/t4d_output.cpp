@@ -6,7 +6,7 @@
 #include <fmt/ranges.h>
 
 #include "tools/t4d/centering.h"
-#include "tools/t4d/input_options.h"
+#include "tools/t4d/input.h"
 #include "tools/t4d/option_checks.h"
 #include "tools/t4d/version.h"
 
@@ -74,7 +74,7 @@ void T4dOutput::addTo(CLI::App& command, std::vector<std::string_view> others) {
       ->check(someName());
 }
 
-verbs::T4dFileOptions T4dOutput::fileOptions() const {
+T4dFileOptions T4dOutput::fileOptions() const {
   return {path, coding.writeOptions(), up, body, center, std::string(versionText())};
 }
 

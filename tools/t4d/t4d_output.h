@@ -7,7 +7,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "tools/verbs/t4d_file.h"
+#include "tools/t4d/t4d_file.h"
 
 namespace t4d::tools {
 
@@ -40,7 +40,7 @@ struct T4dOutput {
   bool center = false;
 
   void addTo(CLI::App& command, std::vector<std::string_view> others = {});
-  verbs::T4dFileOptions fileOptions() const;
+  T4dFileOptions fileOptions() const;
 };
 
 }  // namespace t4d::tools

@@ -5,7 +5,7 @@
 
 #include "tools/t4d/commands.h"
 #include "tools/t4d/common_options.h"
-#include "tools/verbs/similar_words.h"
+#include "tools/t4d/similar_words.h"
 
 namespace t4d::tools {
 void addVerbs(CLI::App& app, int& exitCode) {
@@ -23,7 +23,7 @@ std::string wrongVerb(const CLI::App& command, const std::string& word) {
                   command.get_parent() == nullptr ? "t4d" : "t4d " + command.get_name(),
                   fmt::join(verbs, ", "));
   if (word.empty()) return "a verb is missing; " + list;
-  return fmt::format("unknown verb '{}'{}; {}", word, verbs::didYouMean(word, verbs), list);
+  return fmt::format("unknown verb '{}'{}; {}", word, didYouMean(word, verbs), list);
 }
 
 }  // namespace t4d::tools

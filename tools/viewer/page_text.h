@@ -10,7 +10,7 @@ namespace t4d::tools {
 extern const std::string_view kPageText[];
 extern const std::size_t kPageTextParts;
 
-/// The page, as verbs::ViewOptions::viewer.
+/// The page, as ViewOptions::viewer.
 inline std::string pageText() {
   std::string text;
   for (std::size_t i = 0; i < kPageTextParts; ++i) text += kPageText[i];
