@@ -46,9 +46,9 @@ class Diffs : public testing::Test {
   }
 
   static SameLevel levelOf(const fs::path& a, const fs::path& b, const DiffOptions& options = {}) {
-    const auto diff = diff(a, b, options);
-    EXPECT_TRUE(diff) << diff.error().text();
-    return diff->level;
+    const auto found = diff(a, b, options);
+    EXPECT_TRUE(found) << found.error().text();
+    return found->level;
   }
 
  private:

@@ -46,23 +46,6 @@ model::Bounds3 boundsOf(const Passages& passages) {
   return bounds;
 }
 
-Result<void> checkEnvelopeOptions(const EnvelopeOptions& options) {
-  const bool perBody = isPerBody(options.output);
-  const char* contradiction =
-      perBody && !options.each               ? "a file per body needs an envelope of each"
-      : options.each && options.fields.any() ? "fields are of all bodies together, not of each"
-      : options.exact && options.contains()
-          ? "an envelope that contains the motion for certain is made on a lattice, not exactly"
-      : options.part && (!options.output.empty() || options.each || options.exact ||
-                         options.contains() || options.center)
-          ? "parts are of the fields alone: the surface is that of the whole motion"
-      : options.part && !options.fields.any() ? "a part of the fields needs a field"
-                                              : nullptr;
-  if (contradiction != nullptr) return fail(ErrorCode::Options, contradiction);
-  if (const auto misuse = misuseOfPerBody(options.output)) return fail(ErrorCode::Options, *misuse);
-  return {};
-}
-
 edit::EnvelopeOptions latticeOptions(const EnvelopeOptions& options) {
   return {.voxelSize = options.voxelSize.value_or(0),
           .maxBytes = options.memory,
@@ -283,7 +266,6 @@ std::vector<std::string> EnvelopeReport::losses() const {
 Result<EnvelopeReport> envelope(Passages passages, const EnvelopeOptions& options,
                                 Observer& observer) {
   const platform::Stopwatch stopwatch;
-  if (auto good = checkEnvelopeOptions(options); !good) return good.error();
   EnvelopeReport report{.passages = std::move(passages), .options = options};
   const auto done =
       options.part ? makePart(options, report, observer) : makeWhole(options, report, observer);

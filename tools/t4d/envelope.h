@@ -101,8 +101,8 @@ struct EnvelopeReport {
 };
 
 /// Makes the envelopes of passages (edit::envelopeOf, edit::collisionMeshOf), writes them, and
-/// writes the fields. Fails (Options) for options that contradict each other; for voxels of a wrong
-/// size with Remedy::VoxelSize, VoxelSizeOrOutside, VoxelSizeOrExact or VoxelSizeOrParts; and with
+/// writes the fields. Fails for voxels of a wrong size with
+/// Remedy::VoxelSize, VoxelSizeOrOutside, VoxelSizeOrExact or VoxelSizeOrParts; and with
 /// NotExact or Center where these help.
 Result<EnvelopeReport> envelope(Passages passages, const EnvelopeOptions& options,
                                 Observer& observer = nobody());

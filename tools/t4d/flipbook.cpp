@@ -26,28 +26,6 @@
 namespace t4d::tools {
 namespace {
 
-Result<void> checkFlipbookOptions(const FlipbookOptions& options) {
-  const SliceWriteOptions& write = options.write;
-  const bool byFrames = options.kind == FlipbookKind::Frames;
-  const bool isUsd = formats::isUsd(options.output);
-  const char* contradiction =
-      !isUsd && !formats::isGltf(options.output) ? "a flipbook is a .glb, .gltf, .usda or .usdz"
-      : !byFrames && (write.color == "time" || write.isColoredBySpeed() || write.isColoredByTrack())
-          ? "a body that is moved or morphed has one colour"
-      : !byFrames && (options.exact || write.velocity || options.visibility)
-          ? "exact slices, velocities and visibilities are those of frames"
-      : options.kind == FlipbookKind::Rigid && write.quantizeBits
-          ? "bodies that are moved by poses have float32 coordinates"
-      : options.kind == FlipbookKind::Morph && write.quantizeBits > 15
-          ? "shapes of morphed bodies have at most 15 bits"
-      : options.framesPerSecond && options.seconds
-          ? "frames per second and seconds of playback are given both"
-      : options.visibility && isUsd ? "USD shows and hides bodies by their visibility in any case"
-                                    : nullptr;
-  if (contradiction != nullptr) return fail(ErrorCode::Options, contradiction);
-  return checkSliceWriteOptions(write, options.output);
-}
-
 /// Whether the times between frames differ by less than anybody sees.
 bool areEven(std::span<const double> times) {
   constexpr double kUnseen = 0.01;  // of the time between two frames
@@ -104,7 +82,6 @@ std::uint64_t sizeOfFiles(const std::vector<std::filesystem::path>& files) {
 
 Result<FlipbookReport> flipbook(const Input& input, const FlipbookOptions& options,
                                 Observer& observer) {
-  if (auto good = checkFlipbookOptions(options); !good) return good.error();
   const std::vector<double> times = timesOfFrames(options.times, input);
   std::vector<std::string> notices;
   const formats::GltfPlacement placement = placementOf(input.metadata, notices);

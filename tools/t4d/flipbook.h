@@ -54,8 +54,8 @@ struct FlipbookReport {
   std::optional<double> quantizationError = {};  ///< how far a coordinate may be from its place
 };
 
-/// Writes a 4D mesh as an animation. Fails (Options) for options that contradict each other, with
-/// Remedy::MoreFrames for velocities of one frame; and if convert does.
+/// Writes a 4D mesh as an animation. Fails with Remedy::MoreFrames for velocities of one frame, and
+/// if convert does.
 Result<FlipbookReport> flipbook(const Input& input, const FlipbookOptions& options,
                                 Observer& observer = nobody());
 

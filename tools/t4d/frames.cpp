@@ -31,25 +31,10 @@ namespace {
 /// A name with the extension of the frames.
 std::string anyFrame(const FramesOptions& options) { return "a" + options.names.extension; }
 
-Result<void> checkFramesOptions(const FramesOptions& options, std::size_t frames) {
-  if (options.part.count > frames) {
-    return fail(ErrorCode::Options, fmt::format("there are {} frames, too few for {} parts", frames,
-                                                options.part.count));
-  }
-  if (options.part.count > 1 && formats::isUsd(anyFrame(options))) {
-    return fail(ErrorCode::Options, "USD frames come with a file of all, for which each is needed");
-  }
-  if (options.light && options.write.isColoredByTrack()) {
-    return fail(ErrorCode::Options, "colours by track are those of exact slices");
-  }
-  return checkSliceWriteOptions(options.write, anyFrame(options));
-}
-
 }  // namespace
 
 Result<FramesReport> frames(const Input& input, const FramesOptions& options, Observer& observer) {
   const std::vector<double> times = timesOfFrames(options.times, input);
-  if (auto good = checkFramesOptions(options, times.size()); !good) return good.error();
   const formats::Metadata& metadata = input.metadata;
   const bool inPlayback = options.inPlayback || formats::isUsd(anyFrame(options));
   if (inPlayback && options.write.velocity && times.size() == 1) return oneFrameHasNoSpeed();
@@ -204,15 +189,17 @@ int run(FramesArguments& options) {
   FramesOptions& how = options.frames;
   how.names = std::move(*names);
   how.part = options.part.chosen();
-  const std::string anyFrame = "a" + how.names.extension;
-  const bool isUsd = formats::isUsd(anyFrame);
+  const bool isUsd = formats::isUsd(anyFrame(how));
   if (isUsd && how.part.count > 1) {
     return wrongUsage("--part: USD frames come with a file of all, for which each is needed");
   }
   if (plays(options) && options.when.speedFile.empty() && !how.write.velocity && !isUsd) {
     return wrongUsage(kFpsNeeds);
   }
-  if (const auto misuse = misuseOfEncoding(how.write, anyFrame)) return wrongUsage(*misuse);
+  if (how.light && how.write.isColoredByTrack()) {
+    return wrongUsage("--color track: not with --light");
+  }
+  if (const auto misuse = misuseOfEncoding(how.write, anyFrame(how))) return wrongUsage(*misuse);
   if (const auto misuse = misuseOfMaxSpeed(how.write)) return wrongUsage(*misuse);
   const auto input = openInput(options.input, options.only);
   if (!input) return report(input.error());

@@ -41,8 +41,8 @@ struct FramesReport {
 };
 
 /// Writes the solid at each of the times to a file of its own, and their manifest
-/// (convert::writeFrameFiles). Fails (Options) for options that contradict each other, with
-/// Remedy::MoreFrames for velocities in the playback of one frame; and if convert does.
+/// (convert::writeFrameFiles). Fails with Remedy::MoreFrames for velocities in the playback of one
+/// frame, and if convert does.
 Result<FramesReport> frames(const Input& input, const FramesOptions& options,
                             Observer& observer = nobody());
 

@@ -51,20 +51,6 @@ TEST(Envelope, SaysByItsRemedyWhatElseMayHelp) {
   EXPECT_EQ(large.error().remedy, Remedy::VoxelSizeOrParts);
 }
 
-TEST(Envelope, RefusesOptionsThatContradictEachOther) {
-  const model::Mesh mesh = movingCube(0, 4);
-  const Input input = inMemory("cube", mesh);
-  for (const EnvelopeOptions& options :
-       {EnvelopeOptions{.output = "{body}.stl"},
-        EnvelopeOptions{.each = true, .fields = {.first = "first.vdb"}},
-        EnvelopeOptions{.exact = true, .inflate = 1}, EnvelopeOptions{.part = model::Part{}},
-        EnvelopeOptions{.output = "a.stl", .fields = {.last = "l.vdb"}, .part = model::Part{}}}) {
-    const auto refused = envelope(input, options);
-    ASSERT_FALSE(refused);
-    EXPECT_EQ(refused.error().code, ErrorCode::Options);
-  }
-}
-
 TEST(Measure, FollowsACubeAndTakesAShareOfTheTimes) {
   const model::Mesh mesh = movingCube(0, 4);
   const auto report = measure(inMemory("cube", mesh), {{0, 1, 2, 3}, {2, 2}});
@@ -104,19 +90,6 @@ TEST(Transform, ScalesVolumesAndTimesAsItsFactors) {
   ASSERT_TRUE(measured) << measured.error().text();
   EXPECT_NEAR(measured->samples[0].volume, 24, 1e-12);
   EXPECT_NEAR(measured->samples[1].centroid.x(), measured->samples[0].centroid.x() - 8, 1e-12);
-}
-
-TEST(Transform, RefusesWhatIsNoMap) {
-  const model::Mesh mesh = movingCube(0, 4);
-  for (const TransformOptions& options :
-       {TransformOptions{.axes = "xxy"}, TransformOptions{.scale = {{1, 0, 1}}},
-        TransformOptions{.rotate = Rotation{{0, 0, 0}, 90}},
-        TransformOptions{.matrix = {{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0}}},
-        TransformOptions{.timeScale = -1}}) {
-    const auto refused = transform(inMemory("cube", mesh), options);
-    ASSERT_FALSE(refused);
-    EXPECT_EQ(refused.error().code, ErrorCode::Options);
-  }
 }
 
 TEST(Filter, KeepsTheSolidWithinTheSpan) {

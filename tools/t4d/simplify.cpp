@@ -243,9 +243,6 @@ Result<void> measureCells(const Input& before, const Input& after, double timeSc
 
 Result<SimplifyReport> simplifyAndMeasure(const Input& input, const SimplifyOptions& wanted,
                                           Observer& observer) {
-  if (wanted.ratio && wanted.cells) {
-    return fail(ErrorCode::Options, "either a ratio or a number of cells can be given");
-  }
   const auto scale = timeScaleOf(wanted.timeScale, input, observer);
   if (!scale) return scale.error();
   const auto options = optionsOf(wanted, input, scale->value);

@@ -64,8 +64,8 @@ struct SimplifyReport {
 };
 
 /// Simplifies each body (edit::simplify) and writes the file; then reads it again, compares slices
-/// of both at times, and measures the shape of the cells of both. Fails (Options) for options that
-/// contradict each other or that no mesh can meet.
+/// of both at times, and measures the shape of the cells of both. Fails (Options) for an error that
+/// no mesh can meet.
 Result<SimplifyReport> simplify(const Input& input, const SimplifyOptions& options,
                                 Observer& observer = nobody());
 

@@ -39,25 +39,6 @@ slice::Hyperplane hyperplaneOf(const SliceOptions& options) {
   return options.time ? slice::Hyperplane::atTime(*options.time) : options.hyperplane;
 }
 
-Result<void> checkSliceOptions(const SliceOptions& options) {
-  if (auto good = slice::checkHyperplane(hyperplaneOf(options)); !good) {
-    return fail(ErrorCode::Options, good.error().message);
-  }
-  const SliceWriteOptions& write = options.write;
-  if (!options.time &&
-      (write.color == "time" || write.color == "speed" || write.isColoredByTrack())) {
-    return fail(ErrorCode::Options,
-                "colours by time, speed or track are those of a slice at a time");
-  }
-  if (options.light && write.isColoredByTrack()) {
-    return fail(ErrorCode::Options, "colours by track are those of exact slices");
-  }
-  if (!options.time && (options.light || write.velocity)) {
-    return fail(ErrorCode::Options, "light slices and velocities are those of a slice at a time");
-  }
-  return checkSliceWriteOptions(write, options.output);
-}
-
 /// The bodies that a slice can meet: for a slice at a time, those that exist then.
 Result<std::vector<model::Body>> bodiesAt(const std::vector<model::Body>& bodies,
                                           const slice::Hyperplane& hyperplane) {
@@ -272,7 +253,6 @@ void measureSections(SliceReport& report, Observer& observer) {
 }  // namespace
 
 Result<SliceReport> sliceMesh(const Input& input, const SliceOptions& options, Observer& observer) {
-  if (auto good = checkSliceOptions(options); !good) return good.error();
   SliceReport report;
   if (auto cut = cutBodies(input, options, report, observer); !cut) {
     return inInput(cut.error(), input);

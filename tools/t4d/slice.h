@@ -61,9 +61,8 @@ struct SliceReport {
 };
 
 /// Cuts a 4D mesh by a hyperplane (slice::slice, slice::LightSlicer), and writes the file. The
-/// observer gets a notice of each body whose slice is not light as asked. Fails (Options) for
-/// options that contradict each other, if no body exists at the time, for an attribute that no body
-/// has, and if slicing or writing does.
+/// observer gets a notice of each body whose slice is not light as asked. Fails if no body exists
+/// at the time, for an attribute that no body has, and if slicing or writing does.
 Result<SliceReport> sliceMesh(const Input& input, const SliceOptions& options,
                               Observer& observer = nobody());
 

@@ -23,39 +23,6 @@ bool isSliceColor(std::string_view text) {
          (text.starts_with(kColorByAttribute) && text.size() > kColorByAttribute.size());
 }
 
-Result<void> checkSliceWriteOptions(const SliceWriteOptions& options,
-                                    const std::filesystem::path& output) {
-  const auto refuse = [](std::string message) {
-    return fail(ErrorCode::Options, std::move(message));
-  };
-  if (!options.color.empty() && !isSliceColor(options.color)) {
-    return refuse(
-        fmt::format("the colour is '{}', not body, time, speed, track, triangle or attribute:NAME",
-                    options.color));
-  }
-  if (options.normals &&
-      !(options.normals->creaseDegrees >= 0 && options.normals->creaseDegrees <= 180)) {
-    return refuse(fmt::format("edges of normals are sharper than {} degrees, not 0 to 180",
-                              options.normals->creaseDegrees));
-  }
-  if (options.maxSpeed && !(*options.maxSpeed > 0)) {
-    return refuse(fmt::format("the largest speed is {}, not above 0", *options.maxSpeed));
-  }
-  if (options.maxSpeed && !options.needsVelocity()) {
-    return refuse("a largest speed needs velocities or colours by speed");
-  }
-  if (options.quantizeBits && (*options.quantizeBits < 1 || *options.quantizeBits > 16)) {
-    return refuse(fmt::format("coordinates have {} bits, not 1 to 16", *options.quantizeBits));
-  }
-  const bool encodes = options.quantizeBits || options.meshopt;
-  if (output.empty() || !encodes) return {};
-  if (!formats::isGltf(output)) return refuse("only glTF is quantized or compressed");
-  if (options.meshopt && !formats::hasMeshopt()) {
-    return fail(ErrorCode::Unsupported, "this build has no meshoptimizer");
-  }
-  return {};
-}
-
 namespace {
 
 std::optional<formats::NormalStyle> normalStyleOf(std::string_view text) {

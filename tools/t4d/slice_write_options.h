@@ -48,11 +48,6 @@ struct SliceWriteOptions {
 /// Whether SliceWriteOptions::color may be this text.
 bool isSliceColor(std::string_view text);
 
-/// Fails (Options) for values that these options cannot have, a limit of speeds where none are
-/// needed, and an encoding of glTF for a file that is none; `output` is "" for no file.
-Result<void> checkSliceWriteOptions(const SliceWriteOptions& options,
-                                    const std::filesystem::path& output);
-
 /// Adds `--attributes`, `--normals`, `--color`, `--velocity`, `--max-speed`, `--quantize` and
 /// `--meshopt`.
 void addSliceWriteOptions(CLI::App& command, SliceWriteOptions& options);

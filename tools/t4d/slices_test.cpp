@@ -77,23 +77,6 @@ TEST(SliceMesh, ColoursBySpeedAndCentersTheFileAlone) {
   EXPECT_NEAR(model::boundsOf(section.mesh).max.x() - model::boundsOf(read->mesh).max.x(), 3, 0.5);
 }
 
-TEST(SliceMesh, RefusesOptionsThatContradictEachOther) {
-  const model::Mesh mesh = movingCube(0, 4);
-  for (const SliceOptions& options :
-       {SliceOptions{.light = true}, SliceOptions{.write = {.color = "time"}},
-        SliceOptions{.write = {.velocity = true}},
-        SliceOptions{.hyperplane = {Eigen::Vector4d::Zero(), 1}},
-        SliceOptions{.time = 1, .write = {.color = "red"}},
-        SliceOptions{.time = 1, .write = {.maxSpeed = 3}},
-        SliceOptions{.time = 1, .write = {.normals = formats::NormalStyle{false, 200}}},
-        SliceOptions{.time = 1, .write = {.quantizeBits = 17}, .output = "a.glb"},
-        SliceOptions{.time = 1, .write = {.quantizeBits = 12}, .output = "a.ply"}}) {
-    const auto refused = sliceMesh(inMemory("cube", mesh), options);
-    ASSERT_FALSE(refused);
-    EXPECT_EQ(refused.error().code, ErrorCode::Options) << refused.error().text();
-  }
-}
-
 TEST(Flipbook, ShowsTheWholeTimeInEveryKind) {
   const platform::TestFolder folder;
   const model::Mesh mesh = movingCube(0, 4);
@@ -111,20 +94,8 @@ TEST(Flipbook, ShowsTheWholeTimeInEveryKind) {
   }
 }
 
-TEST(Flipbook, RefusesOptionsThatContradictEachOther) {
+TEST(Flipbook, RefusesSpeedsOfOneFrame) {
   const model::Mesh mesh = movingCube(0, 4);
-  const auto rigid = FlipbookKind::Rigid;
-  for (const FlipbookOptions& options :
-       {FlipbookOptions{.output = "a.ply"},
-        FlipbookOptions{.output = "a.glb", .kind = rigid, .write = {.color = "time"}},
-        FlipbookOptions{.output = "a.glb", .kind = rigid, .write = {.quantizeBits = 8}},
-        FlipbookOptions{
-            .output = "a.glb", .kind = FlipbookKind::Morph, .write = {.quantizeBits = 16}},
-        FlipbookOptions{.output = "a.usda", .visibility = true}}) {
-    const auto refused = flipbook(inMemory("cube", mesh), options);
-    ASSERT_FALSE(refused);
-    EXPECT_EQ(refused.error().code, ErrorCode::Options) << refused.error().text();
-  }
   const auto still = flipbook(inMemory("cube", mesh),
                               {.output = "a.usda", .times = {2}, .write = {.velocity = true}});
   ASSERT_FALSE(still);
@@ -151,16 +122,11 @@ TEST(Frames, OfAPartAreThoseOfTheWhole) {
   EXPECT_EQ(json::parse(reportText(*report))["triangles"], 24);
 }
 
-TEST(Frames, RefuseMorePartsThanThereAreAndThePlaybackOfOne) {
+TEST(Frames, RefuseSpeedsInPlaybackOfOne) {
   const auto names = convert::frameNames("out", ".usda");
   ASSERT_TRUE(names);
   const model::Mesh mesh = movingCube(0, 4);
   const Input input = inMemory("cube", mesh);
-  for (const model::Part& part : {model::Part{1, 3}, model::Part{1, 2}}) {
-    const auto refused = frames(input, {.names = *names, .times = {0, 1}, .part = part});
-    ASSERT_FALSE(refused);
-    EXPECT_EQ(refused.error().code, ErrorCode::Options);
-  }
   const auto still = frames(input, {.names = *names, .times = {1}, .write = {.velocity = true}});
   ASSERT_FALSE(still);
   EXPECT_EQ(still.error().remedy, Remedy::MoreFrames);

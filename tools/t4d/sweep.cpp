@@ -34,29 +34,6 @@
 namespace t4d::tools {
 namespace {
 
-/// Why these options contradict each other; "" if they do not.
-std::string contradictionIn(const SweepOptions& options) {
-  const auto* moved = std::get_if<MotionSweep>(&options.what);
-  const auto* deformed = std::get_if<DeformationSweep>(&options.what);
-  if (deformed != nullptr && deformed->files.empty()) return "no file is given";
-  const bool keyed = deformed != nullptr || std::holds_alternative<AnimationSweep>(options.what);
-  if (keyed && options.mending && (options.mending->remesh || options.mending->maxMove)) {
-    return "mending a deformation moves no vertex: it has no limit for that, and no voxels";
-  }
-  if (!keyed && (options.components || options.united)) {
-    return "components and unions are those of deformations and animations";
-  }
-  if (options.united && options.components) return "a union has no components";
-  if (options.united && options.part.count > 1) return "parts are made by the mesh method alone";
-  if (options.part.count == 1) return {};
-  if (options.components || (deformed == nullptr && (moved == nullptr || moved->bodies))) {
-    return "parts are made of the sweep of one body, not of several bodies";
-  }
-  if (moved != nullptr && moved->voxels) return "parts are made by the mesh method alone";
-  if (options.output.center) return "a part cannot be centred: the parts would not meet";
-  return {};
-}
-
 /// The names of the bodies, of which one can be given.
 Result<std::vector<formats::BodyInfo>> namedBodies(const SweepInput& input,
                                                    const std::string& name) {
@@ -115,9 +92,6 @@ mesh4d::SweepOptions meshMethodOf(const SweepOptions& options) {
 }
 
 Result<SweepReport> sweep(const SweepOptions& options, Observer& observer) {
-  if (const std::string why = contradictionIn(options); !why.empty()) {
-    return fail(ErrorCode::Options, why);
-  }
   const platform::KeptInputs kept;
   const platform::Stopwatch stopwatch;
   auto input = readSweepInput(options, observer);

@@ -167,8 +167,7 @@ struct SweepReport {
 
 /// Reads files, sweeps them, and writes a .t4d file with a body for each of theirs. Errors name the
 /// file that is at fault; the first has those of other bodies (Error::others). Fails (Options) if
-/// the output is one of the files that are read, if one name is given for several bodies, and for
-/// options that contradict each other.
+/// the output is one of the files that are read, and if one name is given for several bodies.
 Result<SweepReport> sweep(const SweepOptions& options, Observer& observer = nobody());
 
 /// The options nearest to these, for the same deformation or animation, with which all its bodies

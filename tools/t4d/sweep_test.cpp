@@ -273,21 +273,6 @@ TEST(SweepFiles, NoInputIsOverwritten) {
   EXPECT_EQ(platform::contents(cube), before);
 }
 
-TEST(SweepFiles, ContradictionsAreRefused) {
-  const MotionSweep moved{cubeFile("cube.obj"), slidingMotion()};
-  auto options = optionsFor(moved);
-  options.part = {1, 2};
-  options.output.center = true;
-  EXPECT_THAT(refusal(options).message, testing::HasSubstr("cannot be centred"));
-  options = optionsFor(MechanismSweep{"machine.json"});
-  options.part = {1, 2};
-  EXPECT_THAT(refusal(options).message, testing::HasSubstr("of one body"));
-  options = optionsFor(DeformationSweep{{"a.obj", "b.obj"}});
-  options.mending = edit::MendSurfaceOptions{.maxMove = 1};
-  EXPECT_THAT(refusal(options).message, testing::HasSubstr("moves no vertex"));
-  EXPECT_THAT(refusal(optionsFor(DeformationSweep{})).message, testing::HasSubstr("no file"));
-}
-
 TEST(CompareMethods, ErrorsShrinkWithTheVoxels) {
   MethodsOptions options{cubeFile("cube.obj"), slidingMotion()};
   options.meshCaps = mesh4d::CapMethod::Cone;

@@ -32,28 +32,6 @@
 namespace t4d::tools {
 namespace {
 
-Result<void> checkMap(const TransformOptions& options) {
-  const auto isZero = [](double number) { return number == 0; };
-  if (!options.axes.empty() && !areAxes(options.axes)) {
-    return fail(ErrorCode::Options, fmt::format("'{}' is not an order of axes", options.axes));
-  }
-  if (options.scale && std::ranges::any_of(*options.scale, isZero)) {
-    return fail(ErrorCode::Options, "a scale of 0 leaves no solid");
-  }
-  if (options.rotate && std::ranges::all_of(options.rotate->axis, isZero)) {
-    return fail(ErrorCode::Options, "the axis of the rotation is 0 0 0");
-  }
-  if (!(options.timeScale > 0)) {
-    return fail(ErrorCode::Options, "times can only be scaled by a number above 0");
-  }
-  if (!options.matrix) return {};
-  TransformOptions alone;
-  alone.matrix = options.matrix;
-  if (!transformOf(alone).flattens()) return {};
-  return fail(ErrorCode::Options,
-              "the matrix leaves no solid: its determinant is 0, up to rounding");
-}
-
 /// Compares slabs that are moved with the same about the origin, where doubles are finest.
 class MovingLoss : public model::Sink {
  public:
@@ -178,7 +156,6 @@ Result<void> writeMapped(const Input& input, const TransformOptions& options, bo
 Result<TransformReport> transform(const Input& given, const TransformOptions& options,
                                   Observer& observer) {
   const platform::Stopwatch stopwatch;
-  if (auto good = checkMap(options); !good) return good.error();
   TransformReport report;
   report.bodies = given.bodies.size();
   report.axes = options.axes;

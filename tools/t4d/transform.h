@@ -58,9 +58,8 @@ bool areAxes(const std::string& axes);
 
 /// Moves, rotates, scales or mirrors the bodies, changes their times, and writes the file. Slabs
 /// are mapped one after another (model::Transformed); where time is exchanged or reversed, all of
-/// the mesh is in memory (edit::mapSpaceTime). Fails (Options) for a map that is not one; and if
-/// doubles cannot keep the shape where the mesh would be, or its coordinates or extents are out of
-/// range.
+/// the mesh is in memory (edit::mapSpaceTime). Fails if doubles cannot keep the shape where the
+/// mesh would be, or its coordinates or extents are out of range.
 Result<TransformReport> transform(const Input& input, const TransformOptions& options,
                                   Observer& observer = nobody());
 

@@ -159,9 +159,6 @@ Result<WeaveReport> weave(WeaveInput input, const WeaveOptions& options, Observe
   const platform::Stopwatch stopwatch;
   const platform::KeptInputs kept;
   noteInputs(input);
-  if (options.output.center && options.part.count > 1) {
-    return fail(ErrorCode::Options, "a part cannot be centred: the parts would not meet");
-  }
   const std::uint64_t frameCount = input.frames.frames->frameCount();
   auto file = T4dFile::create(options.output, aboutWeaving(input, options));
   if (!file) return file.error();

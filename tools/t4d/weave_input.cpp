@@ -222,14 +222,6 @@ Result<WeaveInput> openFrames(std::vector<std::string> files, FrameReading readi
   const platform::Stopwatch stopwatch;
   const auto kind = frameKindOf(files);
   if (!kind) return kind.error();
-  if (!reading.region.empty()) {
-    if (auto region = voxel4d::parseRegion(reading.region); !region) return region.error();
-    if (reading.hasVelocity()) {
-      return fail(ErrorCode::Options,
-                  "a region and a velocity exclude each other: where a solid is cut off it does "
-                  "not move");
-    }
-  }
   WeaveInput input{
       .name = formats::shownName(files.front()), .frames = {}, .files = std::move(files)};
   input.reading = std::move(reading);

@@ -58,14 +58,6 @@ TEST(Weave, TakesFramesInMemory) {
   EXPECT_EQ(value["bytes"], std::filesystem::file_size(path));
 }
 
-TEST(Weave, RefusesToCentreAPart) {
-  WeaveOptions options{.part = {2, 2}};
-  options.output.center = true;
-  const auto report = weave(movingBall(), options);
-  ASSERT_FALSE(report);
-  EXPECT_EQ(report.error().code, ErrorCode::Options);
-}
-
 TEST(OpenFrames, SaysOfAnotherFormatWhatIsRead) {
   const platform::TestFolder folder;
   const std::string path = (folder / "grid.xyz").string();
