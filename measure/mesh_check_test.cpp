@@ -300,7 +300,7 @@ TEST(ValidateT4dFile, LinksOfAllBodiesHaveToBeSound) {
       ASSERT_TRUE(writer->body(bad == first ? 0 : 1).put(slab));
     }
     ASSERT_TRUE(writer->finish());
-    const auto found = validate(path, {.vertexLinks = true});
+    const auto found = tools::validate(path, {.vertexLinks = true});
     std::filesystem::remove(path);
     ASSERT_TRUE(found && found->mesh);
     EXPECT_FALSE(*found->mesh->vertexLinksOk);

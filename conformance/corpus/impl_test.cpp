@@ -48,7 +48,7 @@ TEST(ImplFiles, WhoseMeshesAreFaultyAreFoundByTheValidator) {
     ++found;
     const platform::TestFolder folder;
     const auto file = folder.write("file.t4d", made.file.bytes);
-    const auto validation = validate(file, {.vertexLinks = true});
+    const auto validation = tools::validate(file, {.vertexLinks = true});
     ASSERT_TRUE(validation);
     EXPECT_FALSE(validation->valid());
     EXPECT_THAT(validation->issues.issues,

@@ -72,7 +72,7 @@ TEST(ValidFiles, AreClosedOrientedManifolds) {
     SCOPED_TRACE(made.file.id);
     const platform::TestFolder folder;
     const auto file = folder.write("file.t4d", made.file.bytes);
-    const auto validation = validate(file, {.vertexLinks = true});
+    const auto validation = tools::validate(file, {.vertexLinks = true});
     ASSERT_TRUE(validation);
     for (const measure::Issue& issue : validation->issues.issues) {
       const auto known = exceptions.find(made.file.id);
