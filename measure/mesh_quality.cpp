@@ -5,10 +5,10 @@
 #include <tuple>
 #include <type_traits>
 
+#include "measure/cell_quality.h"
 #include "model/parallel.h"
 #include "model/progress.h"
 #include "model/unit_scale.h"
-#include "t4d/check.h"
 
 namespace t4d::measure {
 namespace {
@@ -30,6 +30,22 @@ double valueOf(std::size_t octave, std::size_t bin) {
 std::array<model::Point4, 4> cornersOf(const model::Slab& slab, const model::Cell& cell) {
   return {slab.vertices[cell[0]], slab.vertices[cell[1]], slab.vertices[cell[2]],
           slab.vertices[cell[3]]};
+}
+
+/// Calls visit(number, corners, quality) for the cells `begin` to `end` of a slab, in order.
+template <class Visit>
+void eachQuality(const model::Slab& slab, double timeScale, std::size_t begin, std::size_t end,
+                 const Visit& visit) {
+  const std::vector<model::Cell>& cells = slab.connectivity->cells;
+  for (std::size_t first = begin; first < end; first += kCellsTogether) {
+    CellsTogether corners;
+    for (std::size_t k = 0; k < kCellsTogether; ++k) {
+      corners[k] = cornersOf(slab, cells[std::min(first + k, end - 1)]);
+    }
+    const auto qualities = qualitiesOf(corners, timeScale);
+    const std::size_t count = std::min(kCellsTogether, end - first);
+    for (std::size_t k = 0; k < count; ++k) visit(first + k, corners[k], qualities[k]);
+  }
 }
 
 /// Larger ratios first; equal ones as in the file.
@@ -292,16 +308,15 @@ Result<MeshQuality> measureQuality(std::span<const model::Body> bodies,
       Tally& tally = tallies.local();
       auto& distributions = slab.timeEnd > slab.timeBegin ? tally.sides : tally.caps;
       const std::size_t end = std::min(cells.size(), (piece + 1) * kPiece);
-      for (std::size_t i = piece * kPiece; i < end; ++i) {
-        const auto corners = cornersOf(slab, cells[i]);
-        RankedCell cell{0, 0, i, {}, qualityOf(corners, options.timeScale)};
+      const auto count = [&](std::size_t i, const auto& corners, const CellQuality& quality) {
         for (std::size_t k = 0; k < kQualityMeasures.size(); ++k) {
-          distributions[k].add(cell.quality.*kQualityMeasures[k].value);
+          distributions[k].add(quality.*kQualityMeasures[k].value);
         }
-        if (std::isinf(cell.quality.radiusRatio)) ++tally.flat;
-        cell.center = (corners[0] + corners[1] + corners[2] + corners[3]) / 4;
-        worst[piece].add(cell);
-      }
+        if (std::isinf(quality.radiusRatio)) ++tally.flat;
+        const model::Point4 center = (corners[0] + corners[1] + corners[2] + corners[3]) / 4;
+        worst[piece].add({0, 0, i, center, quality});
+      };
+      eachQuality(slab, options.timeScale, piece * kPiece, end, count);
     });
     return worst;
   };
@@ -350,12 +365,12 @@ Result<void> QualitySink::put(const model::Slab& slab) {
   const std::vector<model::Cell>& cells = slab.connectivity->cells;
   std::vector<std::vector<float>> columns(measures_.size(), std::vector<float>(cells.size()));
   model::forRanges(0, cells.size(), kPiece, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const CellQuality quality = qualityOf(cornersOf(slab, cells[i]), timeScale_);
+    const auto set = [&](std::size_t i, const auto& /*corners*/, const CellQuality& quality) {
       for (std::size_t k = 0; k < measures_.size(); ++k) {
         columns[k][i] = static_cast<float>(quality.*measures_[k].value);
       }
-    }
+    };
+    eachQuality(slab, timeScale_, begin, end, set);
   });
   model::Slab with = slab;
   with.connectivity = kept_;

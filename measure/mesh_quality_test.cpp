@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "fixtures/solids.h"
+#include "measure/cell_quality.h"
 #include "t4d/check.h"
 #include "t4d/sweep.h"
 
@@ -77,6 +78,28 @@ TEST(CellQuality, OfAFlatCellIsTheWorst) {
   EXPECT_EQ(quality.largestAngle, 180);
   const CellQuality point = qualityOf({flat[0], flat[0], flat[0], flat[0]}, 1);
   EXPECT_TRUE(std::isinf(point.edgeRatio));
+}
+
+TEST(CellQuality, DoesNotDependOnTheCellsThatAreMeasuredTogether) {
+  std::mt19937 random(11);
+  std::normal_distribution<double> normal;
+  for (int round = 0; round < 1000; ++round) {
+    CellsTogether cells;
+    for (auto& corners : cells) {
+      for (Point4& corner : corners) corner = Point4::NullaryExpr([&] { return normal(random); });
+      const auto kind = random() % 4;
+      if (kind == 0) corners[2] = corners[1];
+      if (kind == 1) corners[3] = (corners[0] + corners[1] + corners[2]) / 3;
+      if (kind == 2) corners.fill(corners[0]);
+    }
+    const auto together = qualitiesOf(cells, 0.7);
+    for (std::size_t k = 0; k < kCellsTogether; ++k) {
+      const CellQuality alone = qualityOf(cells[k], 0.7);
+      for (const QualityMeasure& measure : kQualityMeasures) {
+        EXPECT_EQ(together[k].*measure.value, alone.*measure.value) << measure.name;
+      }
+    }
+  }
 }
 
 TEST(CellQuality, KeepsTheHeightOfAThinCell) {
