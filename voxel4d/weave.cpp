@@ -1,11 +1,14 @@
 #include "t4d/weave.h"
 
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
 #include "model/limits.h"
+#include "model/parallel.h"
 #include "model/progress.h"
 #include "platform/freed_memory.h"
 #include "t4d/mesh.h"
@@ -63,6 +66,36 @@ class SlabWriter {
   model::Sink& sink_;
 };
 
+/// A slab that is put while the next frame is read, if there is a thread for it.
+class PutAside {
+ public:
+  PutAside() = default;
+  PutAside(const PutAside&) = delete;
+  PutAside& operator=(const PutAside&) = delete;
+  ~PutAside() noexcept { work_.wait(); }
+
+  template <class Put>
+  void begin(const Put& put) {
+    work_.begin([this, put] { done_ = put(); });
+  }
+  Result<void> wait() {
+    work_.wait();
+    return std::exchange(done_, {});
+  }
+
+ private:
+  Result<void> done_;
+  model::Aside work_;
+};
+
+/// Whether a slab before which stands one of so many cells, and whose frames take so much memory,
+/// is put aside. Large slabs occupy all threads, and the frame that is read meanwhile is a third in
+/// memory.
+bool mayBeAside(std::uint64_t cellsBefore, const FrameLayer& layer, std::size_t largeFrame) {
+  return model::threadCount() > 1 && cellsBefore <= model::kCellsAtOnce &&
+         layer.storedBlocks() < largeFrame / sizeof(ValueBuffer);
+}
+
 }  // namespace
 
 Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, model::Sink& into,
@@ -103,11 +136,7 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
     slabs.report.capTetrahedra[0] = slabs.lastTetrahedra;
     return put;
   };
-  FrameLayer before;
-  FrameParts partsBefore;
-  double halfStepAfter = 0;
-  for (std::size_t i = steps.begin; i <= steps.end; ++i) {
-    const bool isFirst = i == steps.begin;
+  const auto layerOf = [&](std::size_t i) -> Result<FrameLayer> {
     auto frame = frames.frame(i);
     if (!frame) return frame.error();
     auto checked = checkFrame(*frame);
@@ -119,11 +148,22 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
                      frames.placeOf(i));
     }
     auto layer = FrameLayer::of(std::move(*frame), lattice, options.largeFrame);
-    if (!layer) {
-      layer.error().where = frames.placeOf(i);
-      return layer.error();
-    }
-    FrameLayer& after = *layer;
+    if (!layer) layer.error().where = frames.placeOf(i);
+    return layer;
+  };
+  // Frame i is at i % 3: the two before it may be in use when it comes.
+  std::array<FrameLayer, 3> layers;
+  FrameParts partsBefore;
+  double halfStepAfter = 0;
+  PutAside putting;
+  for (std::size_t i = steps.begin; i <= steps.end; ++i) {
+    const bool isFirst = i == steps.begin;
+    auto layer = layerOf(i);
+    if (auto put = putting.wait(); !put) return put.error();
+    if (!layer) return layer.error();
+    layers[(i + 1) % 3] = {};
+    const FrameLayer& before = layers[(i + 2) % 3];
+    const FrameLayer& after = layers[i % 3] = std::move(*layer);
     const double begin = before.time();
     const double end = after.time();
     if (!isFirst && !(end > begin)) {
@@ -142,25 +182,30 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
     } else if (!half && i == 0) {
       if (auto put = putFirstCap(after, end); !put) return put.error();
     }
-    if (!isFirst) {
-      halfStepAfter = model::dividedTime({begin, end}, 3, 2);
-      if (auto put = slabs.put(before, after, {begin, end}, {begin, end}); !put) {
-        return put.error();
-      }
-    }
     FrameParts partsAfter(after.frame());
     if (!isFirst) {
       addPartsLost(before.frame(), partsBefore, after.frame(), partsAfter, i - 1, place,
                    slabs.report.partsLost);
+      halfStepAfter = model::dividedTime({begin, end}, 3, 2);
+      const auto put = [&slabs, &before, &after, begin, end] {
+        return slabs.put(before, after, {begin, end}, {begin, end});
+      };
+      if (mayBeAside(slabs.lastTetrahedra, after, options.largeFrame)) {
+        putting.begin(put);
+      } else {
+        if (auto done = put(); !done) return done.error();
+        layers[(i + 2) % 3] = {};
+      }
     }
     slabs.report.masks += after.isMask() ? 1 : 0;
-    before = std::move(after);
     partsBefore = std::move(partsAfter);
     ++slabs.report.frames;
     const auto on = model::report(progress, slabs.report.frames, steps.size() + 1);
     if (!on) return on.error();
   }
+  if (auto put = putting.wait(); !put) return put.error();
   if (!part.isLast()) return slabs.report;
+  const FrameLayer& before = layers[steps.end % 3];
   const double end = before.time();
   const double last = half ? halfStepAfter : end;
   if (auto put = graded ? slabs.putGraded(before, CapEnd::Last)

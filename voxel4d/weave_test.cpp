@@ -208,6 +208,37 @@ TEST(Weave, StopsWhenTold) {
   EXPECT_EQ(reports, 3U);
 }
 
+/// The next frame is read while a slab is put.
+TEST(Weave, ASlabThatCannotBePutIsSaidBeforeALaterFrameThatCannotBeRead) {
+  struct Cut : BoxFrames {
+    using BoxFrames::BoxFrames;
+    Result<Frame> frame(std::size_t index) override {
+      if (index == 2) return invalid("no frame 2");
+      return BoxFrames::frame(index);
+    }
+  };
+  struct Full : model::Sink {
+    explicit Full(std::size_t room) : room(room) {}
+    Result<void> put(const model::Slab& /*slab*/) override {
+      if (room-- > 0) return {};
+      return invalid("no room");
+    }
+    std::size_t room;
+  };
+  const auto ball = [](int x, int y, int z, int) { return std::hypot(x - 8, y - 8, z - 8) - 5; };
+  constexpr std::size_t kBeforeFrame2 = 2;  // a cap, and the slab of frames 0 and 1
+  for (const std::size_t threads : {1U, 2U}) {
+    const model::ThreadLimit control(threads);
+    for (std::size_t room = 0; room <= kBeforeFrame2; ++room) {
+      Cut frames({16, 16, 16}, 4, ball, true);
+      Full sink(room);
+      const auto report = weave(frames, {}, sink);
+      ASSERT_FALSE(report);
+      EXPECT_EQ(report.error().message, room < kBeforeFrame2 ? "no room" : "no frame 2");
+    }
+  }
+}
+
 TEST(Weave, SameBytesForAnyNumberOfThreads) {
   const auto ball = [](int x, int y, int z, int frame) {
     return std::hypot(x - 20.3, y - 19.1, z - 12 - 2.3 * frame) - 9;

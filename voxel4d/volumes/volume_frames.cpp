@@ -232,7 +232,7 @@ class Frames : public FrameSource {
     return volume.size('x') * volume.size('y') * volume.size('z');
   }
 
-  /// Room for the samples of a frame, of which all have as many bytes. Two frames are in use at a
+  /// Room for the samples of a frame, of which all have as many bytes. Few frames are in use at a
   /// time, and memory that was used before costs less than new, which is not touched before samples
   /// are there.
   std::shared_ptr<Buffer> unusedBuffer(std::size_t size) {
