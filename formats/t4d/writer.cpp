@@ -513,22 +513,28 @@ class T4dWriter::File {
     extent.bounds.add(interior->bounds);
     extent.bounds.add(upper->bounds);
 
-    auto connectivity = encodeConnectivity(slab, arrays_.level);
+    const auto encodedLayer = [&](double time, std::uint32_t begin, std::uint32_t count) {
+      const auto vertices = [&, begin](std::uint64_t first, std::span<Point4> into) {
+        slab.vertices(begin + static_cast<std::uint32_t>(first), into);
+      };
+      return encodeLayer(time, count, vertices, arrays_);
+    };
+    // A slab of few cells has one block of them, which one thread encodes.
+    Result<StreamedConnectivity> connectivity;
+    PayloadWriter upperLayer;
+    model::together(
+        [&] { connectivity = encodeConnectivity(slab, arrays_.level); },
+        [&] { upperLayer = encodedLayer(slab.time.end, slab.firstUpper(), slab.upperCount); });
     if (!connectivity) return connectivity.error();
     auto offset =
         putConnectivity(std::make_shared<const PayloadWriter>(std::move(connectivity->payload)));
     if (!offset) return offset.error();
     body.connectivity = nullptr;
     body.connectivityOffset = *offset;
-    const auto layer = [&](double time, std::uint32_t begin, std::uint32_t count) {
-      const auto vertices = [&, begin](std::uint64_t first, std::span<Point4> into) {
-        slab.vertices(begin + static_cast<std::uint32_t>(first), into);
-      };
-      return putChunk(kLayer, encodeLayer(time, count, vertices, arrays_));
-    };
     auto parts = putLayers(
-        body, slab, [&] { return layer(slab.time.begin, 0, slab.lowerCount); },
-        [&] { return layer(slab.time.end, slab.firstUpper(), slab.upperCount); });
+        body, slab,
+        [&] { return putChunk(kLayer, encodedLayer(slab.time.begin, 0, slab.lowerCount)); },
+        [&] { return putChunk(kLayer, upperLayer); });
     if (!parts) return parts.error();
     return putRecord(
         body, slab.time, slab, *parts,
