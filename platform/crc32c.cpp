@@ -42,8 +42,8 @@ std::uint64_t wordAt(const unsigned char* at) {
 /// The instruction takes three cycles, and one can begin in each: three runs of bytes at a time.
 constexpr std::size_t kRun = 2048;
 
-[[gnu::target("sse4.2")]] std::uint32_t ofWords(const unsigned char* at, std::size_t bytes,
-                                                std::uint32_t crc) {
+[[gnu::target("sse4.2,crc32")]] std::uint32_t ofWords(const unsigned char* at, std::size_t bytes,
+                                                      std::uint32_t crc) {
   std::uint64_t wide = crc;
   for (std::size_t i = 0; i < bytes; i += 8) wide = _mm_crc32_u64(wide, wordAt(at + i));
   return static_cast<std::uint32_t>(wide);
@@ -51,7 +51,7 @@ constexpr std::size_t kRun = 2048;
 
 /// What a register is after kRun zero bytes, by its bytes: it is linear in its bits.
 using Shift = std::array<std::array<std::uint32_t, 256>, 4>;
-[[gnu::target("sse4.2")]] Shift shiftOfRun() {
+[[gnu::target("sse4.2,crc32")]] Shift shiftOfRun() {
   const std::array<unsigned char, kRun> zeros{};
   Shift shift{};
   for (std::uint32_t i = 0; i < 4; ++i) {
@@ -65,8 +65,8 @@ using Shift = std::array<std::array<std::uint32_t, 256>, 4>;
   return shift;
 }
 
-[[gnu::target("sse4.2")]] std::uint32_t byInstruction(const unsigned char* at, std::size_t size,
-                                                      std::uint32_t crc) {
+[[gnu::target("sse4.2,crc32")]] std::uint32_t byInstruction(const unsigned char* at,
+                                                            std::size_t size, std::uint32_t crc) {
   static const Shift shift = shiftOfRun();
   const auto afterRun = [](std::uint32_t one) {
     return shift[0][one & 255U] ^ shift[1][one >> 8U & 255U] ^ shift[2][one >> 16U & 255U] ^

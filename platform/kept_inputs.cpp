@@ -2,9 +2,6 @@
 
 #include <mutex>
 #include <set>
-#include <utility>
-
-#include <sys/stat.h>
 
 namespace t4d::platform {
 
@@ -13,7 +10,7 @@ namespace {
 struct Noted {
   std::mutex mutex;
   std::size_t runs = 0;
-  std::set<std::pair<dev_t, ino_t>> files;
+  std::set<FileIdentity> files;
 };
 
 Noted& noted() {
@@ -33,19 +30,18 @@ KeptInputs::~KeptInputs() {
   if (--noted().runs == 0) noted().files.clear();
 }
 
-void noteInput(const struct stat& file) {
+void noteInput(const FileIdentity& file) {
   const std::lock_guard lock(noted().mutex);
-  if (noted().runs > 0) noted().files.emplace(file.st_dev, file.st_ino);
+  if (noted().runs > 0) noted().files.insert(file);
 }
 
 void noteInput(const std::filesystem::path& path) {
-  struct stat file {};
-  if (::stat(path.c_str(), &file) == 0) noteInput(file);
+  if (const auto file = identityOf(path)) noteInput(*file);
 }
 
-bool isInput(const struct stat& file) {
+bool isInput(const FileIdentity& file) {
   const std::lock_guard lock(noted().mutex);
-  return noted().files.contains({file.st_dev, file.st_ino});
+  return noted().files.contains(file);
 }
 
 }  // namespace t4d::platform

@@ -39,7 +39,7 @@ Result<OpenFile> OpenFile::opened(Descriptor descriptor, std::string name, const
   if (notRegular != nullptr && !S_ISREG(status.st_mode)) {
     return fail(ErrorCode::Io, notRegular, name);
   }
-  noteInput(status);
+  noteInput({status.st_dev, status.st_ino});
   OpenFile file(std::move(descriptor), std::move(name));
   file.size_ = static_cast<std::uint64_t>(status.st_size);
   file.version_ = fmt::format("{:x}-{:x}-{:x}.{:x}", status.st_ino, status.st_size,

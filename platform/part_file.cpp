@@ -81,9 +81,9 @@ void removeLeftover(const fs::path& part) {
   const Descriptor file(::open(part.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
   struct stat opened {};
   struct stat named {};
-  if (::fstat(file.number(), &opened) == 0 && S_ISREG(opened.st_mode) && !isInput(opened) &&
-      ::flock(file.number(), LOCK_EX | LOCK_NB) == 0 && ::lstat(part.c_str(), &named) == 0 &&
-      same(opened, named)) {
+  if (::fstat(file.number(), &opened) == 0 && S_ISREG(opened.st_mode) &&
+      !isInput({opened.st_dev, opened.st_ino}) && ::flock(file.number(), LOCK_EX | LOCK_NB) == 0 &&
+      ::lstat(part.c_str(), &named) == 0 && same(opened, named)) {
     ::unlink(part.c_str());
   }
 }
@@ -187,10 +187,10 @@ Result<void> PartFile::checkTarget() const {
   struct stat there {};
   if (::stat(target_.c_str(), &there) != 0) return {};
   if (S_ISDIR(there.st_mode)) {
-    return fail(ErrorCode::Failed, "is a folder; name a file in it", target_);
+    return fail(ErrorCode::Failed, "is a folder; name a file in it", target_.string());
   }
-  if (!isInput(there)) return {};
-  return fail(ErrorCode::Options, "is an input of this run; name another output", target_);
+  if (!isInput({there.st_dev, there.st_ino})) return {};
+  return fail(ErrorCode::Options, "is an input of this run; name another output", target_.string());
 }
 
 Result<void> PartFile::putInPlace(std::span<PartFile> parts) {

@@ -1,10 +1,11 @@
 #include "platform/temporary_folder.h"
 
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
 #include <string>
 #include <utility>
+
+#include "platform/unique_folder.h"
 
 namespace t4d::platform {
 
@@ -33,10 +34,10 @@ Result<TemporaryFolder> TemporaryFolder::createIn(const std::filesystem::path& p
 
 Result<TemporaryFolder> TemporaryFolder::make(const std::filesystem::path& parent,
                                               const std::string& prefix, const char* hint) {
-  std::string name = (parent / (prefix + "XXXXXX")).string();
   const HeldCleanup held;
-  if (mkdtemp(name.data()) == nullptr) return cannot(hint, std::strerror(errno), parent);
-  return TemporaryFolder(name);
+  const auto made = makeUniqueFolder(parent, prefix);
+  if (!made) return cannot(hint, std::strerror(errno), parent);
+  return TemporaryFolder(*made);
 }
 
 TemporaryFolder::TemporaryFolder(TemporaryFolder&& other) noexcept {

@@ -3,12 +3,13 @@
 #pragma once
 
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
 #include <vector>
+
+#include "platform/unique_folder.h"
 
 namespace t4d::platform {
 
@@ -23,9 +24,8 @@ inline std::string contents(const std::filesystem::path& path) {
 class TestFolder {
  public:
   TestFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "t4d_test_XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) std::abort();
-    path_ = std::filesystem::canonical(name);
+    path_ = std::filesystem::canonical(
+        makeUniqueFolder(std::filesystem::temp_directory_path(), "t4d_test_").value());
   }
   ~TestFolder() { std::filesystem::remove_all(path_); }
   TestFolder(const TestFolder&) = delete;
