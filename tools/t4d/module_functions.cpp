@@ -9,6 +9,14 @@
 namespace t4d {
 namespace {
 
+#ifdef T4D_STATIC
+template <class Functions>
+const Functions& loaded() {
+  throw std::runtime_error(
+      fmt::format("this is the static program, which has no {}; the package of t4d has it",
+                  Functions::kModule));
+}
+#else
 template <class Functions>
 const Functions& loaded() {
   // Found by the program's RUNPATH.
@@ -23,6 +31,7 @@ const Functions& loaded() {
   }
   return *static_cast<const Functions*>(table);
 }
+#endif
 
 template <class Functions>
 const Functions& functionsOf() {
