@@ -13,7 +13,7 @@ foreach(component IN LISTS T4D_ENABLED_COMPONENTS)
   list(APPEND own $<TARGET_FILE:t4d_${component}>)
 endforeach()
 # Not the targets that t4d links, which are shared libraries. The others are Debian's own.
-list(APPEND libraries ${own} $<TARGET_FILE:t4d_report> $<TARGET_FILE:t4d_viewer>)
+list(APPEND libraries $<TARGET_FILE:t4d_program> ${own} $<TARGET_FILE:t4d_report> $<TARGET_FILE:t4d_viewer>)
 foreach(library tbb tet fmt tinygltf meshoptimizer isal httplib)
   file(GLOB found ${T4D_STATIC_LIBRARIES}/lib/lib${library}.a)
   if(NOT found)
