@@ -16,7 +16,7 @@ set(t4d_convert_NEEDS slice formats)
 set(t4d_measure_NEEDS slice)
 set(t4d_mill_NEEDS mesh4d arrays measure)
 set(t4d_edit_NEEDS mesh4d formats measure)
-set(t4d_conformance_NEEDS fixtures convert edit mill)
+set(t4d_conformance_NEEDS fixtures convert voxel4d edit mill)
 
 # t4d_with_needs(<variable> <components>): the components and all that they need, in order.
 function(t4d_with_needs variable)
