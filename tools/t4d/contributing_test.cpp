@@ -21,7 +21,7 @@ TEST(Contributing, TheVerbOfTheExampleRuns) {
   const auto found = duration(path);
   ASSERT_TRUE(found) << found.error().text();
   EXPECT_EQ(found->duration, 4);
-  EXPECT_EQ(reportText(*found), R"({"duration": 4.0})");
+  EXPECT_EQ(reportText(*found), "{\n  \"duration\": 4.0\n}");
   CLI::App app;
   int exitCode = -1;
   addDuration(app, exitCode);
