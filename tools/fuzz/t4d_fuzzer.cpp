@@ -134,7 +134,7 @@ void checkSlices(T4dReader& reader, bool valid) {
 
 /// A file that is accepted as a whole is accepted in every way.
 void checkJudgement(const std::filesystem::path& path, bool wholeFile) {
-  const auto validation = validate(path, {.vertexLinks = true}, {}, formats::kAnyCells);
+  const auto validation = tools::validate(path, {.vertexLinks = true}, {}, formats::kAnyCells);
   must(validation.has_value(), "a file can be judged");
   const auto& issues = validation->issues.issues;
   const bool damaged = std::any_of(issues.begin(), issues.end(), [](const measure::Issue& issue) {

@@ -497,12 +497,7 @@ void describe(Members& members, const CollideReport& report) {
 namespace {
 
 using formats::Metadata;
-using measure::ClearanceVerdict;
-using measure::Collision;
 using measure::CollisionVerdict;
-using measure::Contact;
-using measure::Verdict;
-using model::Point3;
 
 constexpr std::uint64_t kMostClearances = 1'000'000;
 

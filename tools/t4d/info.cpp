@@ -185,8 +185,6 @@ void describe(Members& members, const InfoReport& report) {
 
 namespace {
 
-using nlohmann::ordered_json;
-
 /// For a file made by `t4d recover`: its source and what is missing; otherwise empty.
 std::string recoveredText(const std::string& detailsJson) {
   try {

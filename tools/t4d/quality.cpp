@@ -267,8 +267,6 @@ void describe(Members& members, const QualityReport& report) {
 
 namespace {
 
-using measure::kQualityMeasures;
-
 struct QualityArguments {
   std::string input;
   InputOptions only;

@@ -349,9 +349,8 @@ struct SliceArguments {
   bool json = false;
 };
 
-/// The hyperplane given by the options; CLI11 has checked that there is exactly one.
-slice::Hyperplane hyperplaneOf(const SliceArguments& options) {
-  if (options.slice.time) return slice::Hyperplane::atTime(*options.slice.time);
+/// The hyperplane that is given in place of a time; CLI11 has checked that there is exactly one.
+slice::Hyperplane hyperplaneWithoutTime(const SliceArguments& options) {
   if (options.x) return slice::Hyperplane::across(0, *options.x);
   if (options.y) return slice::Hyperplane::across(1, *options.y);
   if (options.z) return slice::Hyperplane::across(2, *options.z);
@@ -368,7 +367,7 @@ std::optional<std::string> misuseOf(const SliceArguments& options) {
   }
   if (color == "track" && how.light) return "--color track: not with --light";
   if (auto misuse = misuseOfMaxSpeed(how.write)) return misuse;
-  if (const auto checked = slice::checkHyperplane(how.hyperplane); !checked) {
+  if (const auto checked = slice::checkHyperplane(hyperplaneOf(how)); !checked) {
     return "--hyperplane: " + checked.error().message;
   }
   return how.output.empty() ? std::nullopt : misuseOfEncoding(how.write, how.output);
@@ -401,7 +400,7 @@ void printReport(const SliceArguments& options, const Input& input, const SliceR
 }
 
 int run(SliceArguments& options) {
-  options.slice.hyperplane = hyperplaneOf(options);
+  if (!options.slice.time) options.slice.hyperplane = hyperplaneWithoutTime(options);
   options.slice.mergeCoplanar = options.coplanar == "merge";
   if (const auto misuse = misuseOf(options)) return wrongUsage(*misuse);
   const auto input = openInput(options.input, options.only);

@@ -397,9 +397,6 @@ void describe(Members& members, const TrackReport& report) {
 
 namespace {
 
-using measure::Track;
-using measure::TrackEvent;
-
 constexpr std::uint64_t kMostTimes = 1'000'000;
 
 struct TrackArguments {

@@ -114,20 +114,24 @@ int LostPartsOptions::exitCode(const voxel4d::LostParts& parts, int done) const 
 }
 
 void VoxelSeriesArguments::addTo(CLI::App& command) {
-  command.add_option("--voxel-size", voxelSize, "Voxel edge length, in length units")
+  command.add_option("--voxel-size", write.voxelSize, "Voxel edge length, in length units")
       ->required()
       ->check(numberAboveZero());
-  command.add_option("-o,--output", folder, "Output folder, for frame_0000.vdb, ...")
+  command.add_option("-o,--output", write.folder, "Output folder, for frame_0000.vdb, ...")
       ->required()
       ->check(someName());
-  command.add_flag("--mask", mask, "Write masks of inside points instead of level sets");
+  command.add_flag("--mask", write.mask, "Write masks of inside points instead of level sets");
   lostParts.addTo(command);
   part.addTo(command, "Write only part K of N of the frames, into the same folder");
 }
 
 VoxelSeriesOptions VoxelSeriesArguments::at(std::vector<double> frameTimes,
                                             std::string name) const {
-  return {std::move(frameTimes), voxelSize, mask, part.chosen(), folder, std::move(name), {}};
+  VoxelSeriesOptions options = write;
+  options.times = std::move(frameTimes);
+  options.part = part.chosen();
+  options.name = std::move(name);
+  return options;
 }
 
 int reportVoxelSeries(const VoxelSeriesArguments& options, std::size_t frames,
@@ -141,8 +145,9 @@ int reportVoxelSeries(const VoxelSeriesArguments& options, std::size_t frames,
     }
     printJson(json);
   } else {
-    print("{}: {} of {} from time {} to {}\n", options.folder, counted(series.frames, "frame"),
-          options.mask ? "inside points" : "level sets", written.time.begin, written.time.end);
+    print("{}: {} of {} from time {} to {}\n", options.write.folder,
+          counted(series.frames, "frame"), options.write.mask ? "inside points" : "level sets",
+          written.time.begin, written.time.end);
     print("  {} inside, at most {} in a frame\n", counted(series.insidePoints, "point"),
           counted(series.mostActiveVoxels, "active voxel"));
     print("  {}, {:.2f} s, peak memory {}\n", sizeText(series.bytes), written.seconds,

@@ -79,10 +79,8 @@ struct LostPartsOptions {
 
 /// Shared by the verbs that write a time series of .vdb files: their options, and the writing.
 struct VoxelSeriesArguments {
-  double voxelSize = 0;
+  VoxelSeriesOptions write = {};  ///< but for what `at` adds
   voxel4d::FrameTimes times;
-  bool mask = false;
-  std::string folder;
   LostPartsOptions lostParts;
   PartOption part;
   bool json = false;

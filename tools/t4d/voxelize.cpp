@@ -39,7 +39,7 @@ int run(const VoxelizeArguments& options) {
   if (!loaded) return report(loaded.error());
   model::TriangleMesh& mesh = loaded->solid.bodies.front().mesh;
   std::vector<std::string> notices;
-  const auto times = motionFrameTimes(options.series.times, options.series.voxelSize, mesh,
+  const auto times = motionFrameTimes(options.series.times, options.series.write.voxelSize, mesh,
                                       loaded->motion, options.input.motion, notices);
   if (!times) return report(times.error());
   printNotices(notices);

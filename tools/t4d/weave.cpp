@@ -223,8 +223,6 @@ void describe(Members& members, const WeaveReport& report) {
 
 namespace {
 
-using nlohmann::ordered_json;
-
 constexpr std::uint32_t kMostSubsteps = 1000;
 
 struct WeaveArguments {

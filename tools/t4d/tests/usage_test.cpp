@@ -39,6 +39,37 @@ TEST_F(Program, WrongUsageIsExit2) {
   }
 }
 
+TEST_F(Program, RefusesOptionsThatContradictEachOther) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  const std::string sweep = "sweep fx/cube.obj -m fx/rest.json -o out.t4d";
+  misused("slice cube.t4d --x 0 --color time", "--color time: colours are those of a slice at");
+  misused("slice cube.t4d -t 1 --max-speed 3", "--max-speed: needs --velocity or --color speed");
+  misused("slice cube.t4d -t 1 --normals crease:200", "--normals: 'crease:200' is not flat");
+  misused("slice cube.t4d --hyperplane 0,0,0,0,1", "--hyperplane: the hyperplane has the normal");
+  misused("flipbook cube.t4d --rigid --color time -o a.glb", "--color time: a body of --rigid");
+  misused("flipbook cube.t4d --visibility -o a.usda", "--visibility is for glTF");
+  misused("frames cube.t4d -n 2 --light --color track -o o", "--color track: not with --light");
+  misused("frames cube.t4d -n 2 --part 1/3 -o o", "--part: there are 2 frames, too few for 3");
+  misused("frames cube.t4d -n 2 --part 1/2 --format usda -o o", "--part: USD frames come with");
+  misused("envelope cube.t4d -o {body}.stl", "-o: a file per body, by {body}, needs --each");
+  misused("envelope cube.t4d --each --first f.vdb", "--each: fields are of all bodies together");
+  misused("envelope cube.t4d --exact --inflate 1 -o a.stl", "--outside, --inflate or --simplify");
+  misused("envelope cube.t4d --part 1/2 -o a.stl", "--part divides the fields alone");
+  misused("envelope cube.t4d --part 1/2", "--part divides the fields: give --visits");
+  misused("envelope cube.t4d --from 3 --to 2 -o e.stl", "--from 3 is not before --to 2");
+  misused("filter cube.t4d --from 3 --to 2 -o f.t4d", "--from 3 is not before --to 2");
+  misused("transform cube.t4d --axes xxy -o x.t4d", "'xxy' is not x, y and z in some order");
+  misused("transform cube.t4d --scale 1,0,1 -o x.t4d", "--scale: 0 leaves no solid");
+  misused("transform cube.t4d --rotate 0,0,0,90 -o x.t4d", "--rotate: the axis is 0 0 0");
+  misused("transform cube.t4d --matrix 1,0,0,0,0,1,0,0,0,0,0,0 -o x.t4d", "--matrix leaves no");
+  misused("transform cube.t4d --time-scale -1 -o x.t4d", "--time-scale");
+  misused("weave fx/labels.nrrd --part 2/2 --center -o w.t4d", "--part and --center exclude");
+  misused(sweep + " --part 1/2 --center", "--part and --center exclude each other");
+  misused("sweep fx/arm.json --part 1/2 -o a.t4d", "--part is not for a mechanism");
+  misused("sweep fx/bending_0.obj fx/bending_1.obj --mend --max-move 1 -o a.t4d",
+          "--remesh and --max-move are for --motion: mending a deformation moves no vertex");
+}
+
 TEST_F(Program, NamesWhatItDoesNotUnderstand) {
   misused("slice cube.t4d --tiem 1", "not understood: --tiem");
   misused("--tiem", "not understood: --tiem");
