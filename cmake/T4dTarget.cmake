@@ -41,9 +41,6 @@ function(t4d_add_library folder)
   add_library(t4d::${folder} ALIAS ${target})
   set(needs ${t4d_${folder}_NEEDS})
   list(TRANSFORM needs PREPEND t4d::)
-  # The program has the functions of voxel4d from a module (tools/t4d/modules.h), and is built without it.
-  list(TRANSFORM needs REPLACE "^t4d::voxel4d$"
-    "$<$<NOT:$<BOOL:$<TARGET_PROPERTY:T4D_LOADS_MODULES>>>:t4d::voxel4d>")
   if(folder STREQUAL "model")
     target_sources(${target} PUBLIC FILE_SET HEADERS
       BASE_DIRS ${PROJECT_SOURCE_DIR}/include FILES ${T4D_PUBLIC_HEADERS})

@@ -19,7 +19,6 @@ foreach(component IN LISTS T4D_ENABLED_COMPONENTS)
   set(requires)
   set(others)
   foreach(link IN LISTS links)
-    string(REGEX REPLACE "^[$]<.*T4D_LOADS_MODULES>>>:(.*)>$" "\\1" link "${link}")  # see t4d_add_library
     set(flags ${T4D_LINKED})
     list(FILTER flags INCLUDE REGEX "^${link}=")
     if(link MATCHES "^t4d::(.*)")
